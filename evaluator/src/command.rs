@@ -1,0 +1,139 @@
+//! The command line.
+
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use clap::{Args, Parser, Subcommand};
+use halflight_renderer::{
+    parameters::{Settings, Value, check_settings},
+    techniques::{self, Technique},
+};
+
+use crate::Error;
+
+mod list;
+mod render;
+mod run;
+mod truth;
+
+/// Measures screen-space indirect illumination: what each millisecond buys.
+#[derive(Parser)]
+#[command(name = "evaluator", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a grid of configurations: time each one, hold it against truth, write a report folder.
+    Run(run::RunArgs),
+    /// Render one frame of a scene to an EXR (all channels) or a PNG (tone-mapped).
+    Render(render::RenderArgs),
+    /// Print the plan of a frame: passes, textures with their bytes, and the reason for each.
+    Plan(render::PlanArgs),
+    /// Path-trace the truth of a scene; what was traced is cached and continued.
+    Truth(truth::TruthArgs),
+    /// Compare two EXR or PNG images by every measure.
+    Compare {
+        /// The image.
+        image: PathBuf,
+        /// What it should look like.
+        reference: PathBuf,
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// List techniques, parameters, adapters or scenes.
+    List(list::ListArgs),
+}
+
+/// A technique and its settings.
+#[derive(Args)]
+struct TechniqueArgs {
+    /// Technique; `evaluator list techniques` names them.
+    #[arg(long, default_value = "hierarchical")]
+    technique: String,
+    /// A setting, as technique.parameter=value or parameter=value; may be given many times.
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    settings: Vec<String>,
+}
+
+impl TechniqueArgs {
+    fn resolve(&self) -> Result<(&'static Technique, Settings), Error> {
+        let bad = |e: techniques::SettingsError| Error::BadInput(e.to_string());
+        let technique = techniques::technique(&self.technique).map_err(bad)?;
+        let mut settings = Settings::new();
+        for text in &self.settings {
+            let (name, value) = text
+                .split_once('=')
+                .ok_or_else(|| Error::BadInput(format!("--set {text} has no value: write --set {text}=VALUE")))?;
+            let key = if name.contains('.') { name.to_owned() } else { format!("{}.{name}", technique.name) };
+            settings.insert(key, Value::parse(value));
+        }
+        check_settings(&settings, &techniques::parameters_of(technique)).map_err(bad)?;
+        Ok((technique, settings))
+    }
+}
+
+/// A size written `WIDTHxHEIGHT`, each from 1 to 16384.
+///
+/// # Errors
+/// A sentence that says how to write it.
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match sides {
+        Some([w @ 1..=16384, h @ 1..=16384]) => Ok([w, h]),
+        _ => Err("write WIDTHxHEIGHT, each from 1 to 16384, for example 1280x720".into()),
+    }
+}
+
+/// Runs the command line; returns the process's exit code: 0 done, 1 failed, 2 bad input.
+pub fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Render(args) => render::render(&args),
+        Command::Plan(args) => render::plan(&args),
+        Command::Run(args) => run::main(&args),
+        Command::Truth(args) => truth::main(&args),
+        Command::Compare { image, reference, json } => compare(&image, &reference, json),
+        Command::List(args) => list::main(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// The scene, by file or by the name of a bundled one.
+#[derive(Args)]
+struct SceneArgs {
+    /// Scene file (.toml) or model (.obj).
+    #[arg(long, value_name = "FILE")]
+    scene: PathBuf,
+}
+
+fn compare(image: &Path, reference: &Path, json: bool) -> Result<(), Error> {
+    let comparison = crate::compare::compare(image, reference)?;
+    if json {
+        println!("{}", serde_json::to_string_pretty(&comparison).map_err(|e| Error::Failed(e.to_string()))?);
+    } else {
+        println!("{comparison}");
+    }
+    Ok(())
+}
+
+/// Whether an output file is to hold all channels (EXR) or one picture (PNG).
+fn is_exr(path: &Path) -> Result<bool, Error> {
+    match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
+        Some("exr") => Ok(true),
+        Some("png") => Ok(false),
+        _ => {
+            Err(Error::BadInput(format!("--out {} is neither .exr nor .png: name it one or the other", path.display())))
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! `evaluator list`.
+
+use clap::{Args, ValueEnum};
+use halflight_renderer::techniques::{TECHNIQUES, parameters_of};
+use serde_json::json;
+
+use crate::Error;
+
+#[derive(Args)]
+pub(super) struct ListArgs {
+    /// What to list.
+    what: What,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum What {
+    Techniques,
+    Parameters,
+    Adapters,
+    Scenes,
+}
+
+pub(super) fn main(args: &ListArgs) -> Result<(), Error> {
+    let rows: Vec<serde_json::Value> = match args.what {
+        What::Techniques => TECHNIQUES.iter().map(|t| json!({ "name": t.name, "summary": t.summary })).collect(),
+        What::Parameters => {
+            let mut all: Vec<_> = TECHNIQUES.iter().flat_map(parameters_of).collect();
+            all.sort_by_key(|p| p.technique == "direct");
+            all.dedup_by_key(|p| p.key());
+            all.iter()
+                .map(|p| {
+                    let summary = format!("{} (default {}; {}{})", p.doc, p.default, p.range(), unit(p.unit));
+                    json!({
+                        "name": p.key(), "default": p.default, "range": p.range(), "unit": p.unit,
+                        "grid": p.grid, "doc": p.doc, "summary": summary
+                    })
+                })
+                .collect()
+        }
+        What::Adapters => halflight_native::adapters()
+            .iter()
+            .map(|info| {
+                let summary =
+                    format!("{:?}, {:?}, {} {}", info.device_type, info.backend, info.driver, info.driver_info);
+                json!({ "name": info.name, "summary": summary })
+            })
+            .collect(),
+        What::Scenes => halflight_scenes::generators::NAMES
+            .iter()
+            .map(|name| json!({ "name": format!("scenes/{name}.toml"), "summary": "bundled, made by its generator" }))
+            .collect(),
+    };
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&rows).map_err(|e| Error::Failed(e.to_string()))?);
+    } else {
+        for row in &rows {
+            println!(
+                "{:<34} {}",
+                row["name"].as_str().unwrap_or_default(),
+                row["summary"].as_str().unwrap_or_default()
+            );
+        }
+    }
+    Ok(())
+}
+
+fn unit(unit: &str) -> String {
+    if matches!(unit, "" | "1") { String::new() } else { format!(" {unit}") }
+}

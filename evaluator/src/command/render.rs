@@ -1,0 +1,143 @@
+//! `evaluator render` and `evaluator plan`.
+
+use std::{io::Write, path::PathBuf};
+
+use clap::Args;
+use halflight_native::{
+    files::write_whole,
+    images::{Precision, auto_exposure, write_png},
+};
+use halflight_renderer::truth::{Request as TruthRequest, Stop};
+
+use super::{SceneArgs, TechniqueArgs, is_exr, parse_size};
+use crate::{
+    Error, plan_graph,
+    session::{Request, Session, open_adapter, open_scene},
+    truth,
+};
+
+#[derive(Args)]
+pub(super) struct RenderArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    technique: TechniqueArgs,
+    /// Image size, pixels.
+    #[arg(long, default_value = "1280x720", value_parser = parse_size, value_name = "WxH")]
+    size: [u32; 2],
+    /// Where to write: .exr holds every channel, .png the tone-mapped image.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Layer that a PNG shows: final, direct, indirect, albedo.
+    #[arg(long, default_value = "final")]
+    layer: String,
+    /// Exposure of a PNG; found from the image where it is not given.
+    #[arg(long)]
+    exposure: Option<f32>,
+    /// Direct light that the technique reads: rendered (shadow maps) or truth (path-traced).
+    #[arg(long, value_name = "SOURCE", default_value = "rendered", value_parser = ["rendered", "truth"])]
+    direct: String,
+    /// Adapter: any, gpu, software, or part of a name.
+    #[arg(long, default_value = "any")]
+    adapter: String,
+    /// Seed of every random number.
+    #[arg(long, default_value_t = 0)]
+    seed: u32,
+    /// Look through every texture for NaN and infinity, and fail where there is one.
+    #[arg(long)]
+    check: bool,
+}
+
+#[derive(Args)]
+pub(super) struct PlanArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    technique: TechniqueArgs,
+    /// Image size, pixels.
+    #[arg(long, default_value = "1280x720", value_parser = parse_size, value_name = "WxH")]
+    size: [u32; 2],
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    /// Draw the plan as a graph, too: an SVG picture.
+    #[arg(long, value_name = "FILE.svg")]
+    graph: Option<PathBuf>,
+}
+
+pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
+    let (technique, settings) = args.technique.resolve()?;
+    let scene = open_scene(&args.scene.scene)?;
+    for warning in &scene.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let native = open_adapter(&args.adapter)?;
+    let exr = is_exr(&args.out)?;
+    let session = Session::new(&native, &scene);
+    let traced = match args.direct.as_str() {
+        "truth" => {
+            Some(truth::trace(&native, &scene, &TruthRequest::new(scene.camera, args.size), Stop::default())?.truth)
+        }
+        _ => None,
+    };
+    let direct = traced.as_ref().map(|truth| truth.direct.as_slice());
+    let settings_line: Vec<String> = settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
+    let mut frames = session.frames(&Request { technique, settings, size: args.size, seed: args.seed, direct })?;
+    // The first frame also compiles the pipelines; the second one is the one whose times count.
+    frames.run(0)?;
+    let time = frames.run(0)?;
+    for pass in &time.passes {
+        println!("{:<16} {:>9.3} ms", pass.name, pass.milliseconds);
+    }
+    println!("{:<16} {:>9.3} ms (wall), {}", "frame", time.wall_milliseconds, native.info.name);
+    if args.check {
+        crate::run::check_textures(&[&frames])?;
+        println!("no NaN and no infinity in any texture");
+    }
+    let mut image = frames.image()?;
+    if exr {
+        let facts = [
+            ("scene", scene.name.clone()),
+            ("technique", technique.name.to_owned()),
+            ("settings", settings_line.join(" ")),
+            ("camera", format!("{:?}", scene.camera)),
+            ("seed", args.seed.to_string()),
+            ("adapter", native.info.name.clone()),
+            ("commit", crate::run::COMMIT.to_owned()),
+        ];
+        image.metadata.extend(facts.map(|(key, value)| (key.to_owned(), value)));
+        image.write_exr(&args.out, Precision::Full)?;
+    } else {
+        let layer = if args.layer == "final" { "" } else { &args.layer };
+        let pixels = image.rgb(layer).ok_or_else(|| {
+            Error::BadInput(format!(
+                "--layer {} is no layer of this image: choose final, direct, indirect or albedo",
+                args.layer
+            ))
+        })?;
+        let exposure = args.exposure.unwrap_or_else(|| auto_exposure(&pixels, image.surface_mask().as_deref()));
+        write_png(&args.out, args.size[0], &pixels, exposure)?;
+    }
+    Ok(())
+}
+
+pub(super) fn plan(args: &PlanArgs) -> Result<(), Error> {
+    let (technique, settings) = args.technique.resolve()?;
+    let scene = open_scene(&args.scene.scene)?;
+    let facts = halflight_renderer::SceneFacts::of(&scene);
+    let plan = halflight_renderer::plan_frame(&facts, technique, &settings, args.size, Default::default())
+        .map_err(|e| Error::BadInput(e.to_string()))?;
+    if let Some(path) = &args.graph {
+        if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("svg")) {
+            return Err(Error::BadInput(format!("--graph {} is no .svg: name it so", path.display())));
+        }
+        let picture = plan_graph::svg(&plan);
+        write_whole(path, |file| file.write_all(picture.as_bytes())).map_err(|e| Error::unwritable(path, e))?;
+    }
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&plan).map_err(|e| Error::Failed(e.to_string()))?);
+    } else {
+        print!("{plan}");
+    }
+    Ok(())
+}

@@ -1,0 +1,189 @@
+//! `evaluator compare`: every measure of two image files.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use halflight_native::images::{Image, auto_exposure, srgb_encode, tone_map_all};
+use serde::{Deserialize, Serialize};
+
+use crate::format::{number, percent};
+use crate::metrics::{
+    DisplayErrors, DisplayPair, LinearErrors, Rgb, block_mean, display_errors, linear_errors, mean, relative_rmse,
+};
+use crate::{Error, serial};
+
+/// Side of the blocks over which noise is averaged away, pixels.
+pub const BLOCK: u32 = 8;
+
+/// What [`compare`] found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// The image under test.
+    pub image: PathBuf,
+    /// What it is measured against.
+    pub reference: PathBuf,
+    /// Pixels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Pixels that count: those where the reference's depth `Z`, if it comes with one, shows a surface.
+    pub counted_pixels: usize,
+    /// Exposure of the display measures, taken from the reference; 1 where a PNG has fixed it already.
+    pub exposure: f32,
+    /// One entry per layer that both files have: the final image, and `albedo * indirect`.
+    pub layers: Vec<LayerComparison>,
+    /// What a reader should know before using the numbers.
+    pub notes: Vec<String>,
+}
+
+/// All measures of one layer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LayerComparison {
+    /// `final` or `albedo * indirect`.
+    pub layer: String,
+    /// Mean of the image, radiance.
+    #[serde(with = "serial::float")]
+    pub mean: f64,
+    /// Mean of the reference, radiance.
+    #[serde(with = "serial::float")]
+    pub reference_mean: f64,
+    /// `sqrt(mean((a - b)^2)) / mean(b)` over blocks of 8x8 pixels.
+    #[serde(with = "serial::float")]
+    pub block_relative_rmse: f64,
+    /// Errors of linear radiance.
+    #[serde(flatten)]
+    pub linear: LinearErrors,
+    /// Errors of display values.
+    #[serde(flatten)]
+    pub display: DisplayErrors,
+}
+
+/// Measures `image` against `reference`, two EXR or PNG files of one size.
+///
+/// # Errors
+/// If a file cannot be read, the sizes differ, no pixel counts, or the two share no layer.
+pub fn compare(image: &Path, reference: &Path) -> Result<Comparison, Error> {
+    let files = [image, reference];
+    let [a, b] = [Image::read(image)?, Image::read(reference)?];
+    if (a.width, a.height) != (b.width, b.height) {
+        let size = |path: &Path, image: &Image| format!("{} is {}x{}", path.display(), image.width, image.height);
+        let sentence = format!("{} but {}; compare images of one size", size(image, &a), size(reference, &b));
+        return Err(Error::BadInput(sentence));
+    }
+    // An image of depth alone is the thing compared, not a mask.
+    let mask = b.surface_mask().filter(|_| b.channels.len() > 1);
+    let counted_pixels = mask.as_ref().map_or(b.pixel_count(), |mask| mask.iter().filter(|counts| **counts).count());
+    if counted_pixels == 0 {
+        return Err(Error::BadInput(format!("{} shows no surface: nothing to compare", reference.display())));
+    }
+
+    let layers = [("final", a.rgb("").zip(b.rgb(""))), ("albedo * indirect", reflected(&a).zip(reflected(&b)))];
+    let layers: Vec<_> = layers.into_iter().filter_map(|(name, pair)| pair.map(|(a, b)| (name, [a, b]))).collect();
+    let Some((_, [_, shown_reference])) = layers.first() else {
+        return Err(Error::BadInput(format!(
+            "{} and {} share no layer; both need R, G and B, or one grey channel, or albedo and indirect",
+            image.display(),
+            reference.display()
+        )));
+    };
+
+    let is_png = files.map(|path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")));
+    let exposure = if is_png.contains(&true) { 1.0 } else { auto_exposure(shown_reference, mask.as_deref()) };
+    let layers = layers
+        .iter()
+        .map(|(name, pixels)| compare_layer(name, pixels, is_png, exposure, b.width, mask.as_deref()))
+        .collect();
+    let notes = files.iter().zip(is_png).filter(|(_, png)| *png).map(|(path, _)| {
+        format!("{} is a PNG: its linear measures see 8-bit, clipped, tone-mapped values", path.display())
+    });
+    Ok(Comparison {
+        image: image.into(),
+        reference: reference.into(),
+        width: b.width,
+        height: b.height,
+        counted_pixels,
+        exposure,
+        layers,
+        notes: notes.collect(),
+    })
+}
+
+fn compare_layer(
+    name: &str,
+    [image, truth]: &[Vec<Rgb>; 2],
+    is_png: [bool; 2],
+    exposure: f32,
+    width: u32,
+    mask: Option<&[bool]>,
+) -> LayerComparison {
+    // A PNG holds display values already: only linear radiance goes through the tone map.
+    let shown = |pixels: &[Rgb], is_png: bool| match is_png {
+        true => pixels.iter().map(|pixel| pixel.map(srgb_encode)).collect(),
+        false => tone_map_all(pixels, exposure),
+    };
+    let display = [shown(image, is_png[0]), shown(truth, is_png[1])];
+    let blocks = [image, truth].map(|pixels| block_mean(pixels, width, BLOCK, mask));
+    LayerComparison {
+        layer: name.into(),
+        mean: mean(image, mask),
+        reference_mean: mean(truth, mask),
+        block_relative_rmse: relative_rmse(&blocks[0], &blocks[1]),
+        linear: linear_errors(image, truth, mask),
+        display: display_errors(&DisplayPair {
+            width,
+            linear: [image, truth],
+            display: [&display[0], &display[1]],
+            mask,
+        }),
+    }
+}
+
+/// `albedo * indirect`, where the file has both.
+fn reflected(image: &Image) -> Option<Vec<Rgb>> {
+    let product = |(albedo, indirect): (Rgb, Rgb)| std::array::from_fn(|channel| albedo[channel] * indirect[channel]);
+    Some(image.rgb("albedo")?.into_iter().zip(image.rgb("indirect")?).map(product).collect())
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        writeln!(f, "image      {}", self.image.display())?;
+        writeln!(f, "reference  {}", self.reference.display())?;
+        let pixels = self.width as usize * self.height as usize;
+        let share = 100.0 * self.counted_pixels as f64 / pixels as f64;
+        writeln!(f, "size       {}x{}, {} % of the pixels count", self.width, self.height, number(share, 3))?;
+        writeln!(f, "exposure   {}", number(self.exposure.into(), 3))?;
+        for layer in &self.layers {
+            writeln!(f, "\n{}", layer.layer)?;
+            for (name, value, unit) in layer.lines() {
+                writeln!(f, "  {name:<22}{value:>10}  {unit}")?;
+            }
+        }
+        self.notes.iter().try_for_each(|note| writeln!(f, "\nnote: {note}"))
+    }
+}
+
+impl LayerComparison {
+    /// Name, value and unit of every measure, in reading order.
+    fn lines(&self) -> Vec<(&'static str, String, &'static str)> {
+        let Self { linear, display, .. } = self;
+        let line = |name, value, unit| (name, number(value, 4), unit);
+        vec![
+            line("mean", self.mean, "radiance"),
+            line("mean of reference", self.reference_mean, "radiance"),
+            ("difference of means", percent(self.mean / self.reference_mean - 1.0), ""),
+            line("relative RMSE, 8x8", self.block_relative_rmse, "over block means"),
+            line("relMSE", linear.rel_mse, ""),
+            line("RMSE", linear.rmse, "radiance"),
+            line("bias", linear.bias, "radiance"),
+            line("95th percentile", linear.p95_abs, "radiance, |error|"),
+            line("99.9th percentile", linear.p999_abs, "radiance, |error|"),
+            line("PSNR", display.psnr_db, "dB"),
+            line("SSIM", display.ssim, "1 = equal"),
+            line("FLIP", display.flip, "0 = equal"),
+            line("HDR-FLIP", display.hdr_flip, "0 = equal"),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,19 @@
+//! Many frames: metrics, tables, comparisons and reports of what a millisecond buys.
+
+pub mod command;
+pub mod compare;
+pub mod error;
+mod format;
+pub mod grid;
+pub mod measurement;
+pub mod metrics;
+pub mod plan_graph;
+pub mod progress;
+pub mod report;
+pub mod run;
+mod serial;
+pub mod session;
+pub mod statistics;
+pub mod truth;
+
+pub use error::Error;

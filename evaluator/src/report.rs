@@ -1,0 +1,226 @@
+//! The report folder: index.html (opens from disk), results.csv, results.json, tables.md, plots/*.svg; the pictures in
+//! images/ are written cell by cell through [`Pictures`].
+
+use std::collections::BTreeSet;
+use std::io::Write as _;
+use std::path::Path;
+
+use halflight_native::files::write_whole;
+
+use crate::Error;
+use crate::measurement::{self, Measurement};
+
+pub mod chart;
+mod grouping;
+mod html;
+mod markdown;
+mod measure;
+mod pareto;
+mod pictures;
+mod plots;
+mod published;
+mod slice;
+mod strip;
+mod tables;
+mod trade;
+
+pub use pareto::frontier;
+pub use pictures::{FULL_SCALE, Pictures};
+pub use published::{PublishedTable, TABLES as PUBLISHED_TABLES};
+
+use grouping::{Group, groups};
+
+/// Everything that a report folder says.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// Heading.
+    pub title: String,
+    /// One or two sentences on what was asked.
+    pub summary: String,
+    /// Command that reproduces the whole run.
+    pub command: String,
+    /// What went not quite as it should: stand-in textures, clamped values, unconverged truth.
+    pub warnings: Vec<String>,
+    /// One row a cell.
+    pub measurements: Vec<Measurement>,
+}
+
+impl Report {
+    /// Writes the folder. Files that are there already are replaced; pictures are left alone. May be called after every
+    /// cell of a long run.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), Error> {
+        measurement::write_json(&folder.join("results.json"), &self.measurements)?;
+        measurement::write_csv(&folder.join("results.csv"), &self.measurements)?;
+        let groups = groups(&self.measurements);
+        let parts = groups.iter().enumerate().map(|(index, group)| Part::new(index, group, folder));
+        let parts: Vec<Part> = parts.collect::<Result<_, _>>()?;
+        for plot in parts.iter().flat_map(Part::plots) {
+            write_text(&folder.join(format!("plots/{}.svg", plot.file)), &plot.drawing.file())?;
+        }
+        write_text(&folder.join("tables.md"), &self.markdown(&parts))?;
+        write_text(&folder.join("index.html"), &html::page(self, &parts))
+    }
+
+    fn markdown(&self, parts: &[Part]) -> String {
+        let mut text = format!("# {}\n\n{}\n\n", self.title, self.summary);
+        for (name, value) in self.facts() {
+            text += &format!("- {name}: {value}\n");
+        }
+        for warning in self.all_warnings() {
+            text += &format!("- Warning: {warning}\n");
+        }
+        text += "\n";
+        for part in parts {
+            text += &format!("## {}\n\n{}\n\n", part.group.title(), part.settings());
+            if let Some(remark) = &part.remark {
+                text += &format!("{remark}\n\n");
+            }
+            part.tables().for_each(|table| text += &markdown::table(table, 3));
+        }
+        text
+    }
+
+    /// What holds for the whole report: name and value.
+    fn facts(&self) -> Vec<(&'static str, String)> {
+        let distinct = |of: &dyn Fn(&Measurement) -> String| {
+            let values: BTreeSet<String> = self.measurements.iter().map(of).filter(|value| !value.is_empty()).collect();
+            values.into_iter().collect::<Vec<_>>().join(", ")
+        };
+        let adapter = |row: &Measurement| {
+            let kind = if row.software_adapter { " (software)" } else { "" };
+            if row.adapter.is_empty() { String::new() } else { format!("{}{kind}", row.adapter) }
+        };
+        let facts = vec![
+            ("Adapter", distinct(&adapter)),
+            ("Driver", distinct(&|row| row.driver.clone())),
+            ("Backend", distinct(&|row| row.backend.clone())),
+            ("Commit", distinct(&|row| row.commit.clone())),
+            ("Seed", distinct(&|row| row.seed.to_string())),
+            ("Configurations", self.measurements.len().to_string()),
+            ("Timed frames each", self.frames()),
+            ("Command", self.command.clone()),
+        ];
+        facts.into_iter().filter(|(_, value)| !value.is_empty()).collect()
+    }
+
+    fn frames(&self) -> String {
+        let frames = || self.measurements.iter().map(|row| row.frames);
+        match (frames().min(), frames().max()) {
+            (Some(least), Some(most)) if least < most => format!("{least} to {most}"),
+            (Some(all), _) => all.to_string(),
+            _ => String::new(),
+        }
+    }
+
+    /// The run's warnings and those that the numbers themselves give.
+    fn all_warnings(&self) -> Vec<String> {
+        let rows = |test: &dyn Fn(&Measurement) -> bool| {
+            let numbers = self.measurements.iter().enumerate().filter(|(_, row)| test(row)).map(|(index, _)| index + 1);
+            numbers.map(|number| format!("#{number}")).collect::<Vec<_>>().join(", ")
+        };
+        let is_nan = |row: &Measurement| measure::MEASURES.iter().any(|m| (m.value)(row).is_some_and(f64::is_nan));
+        let found = [
+            (
+                rows(&|row| row.software_adapter),
+                "times come from a software adapter (a processor that plays a GPU): compare them by ratio, and only \
+                 within this machine",
+            ),
+            (rows(&|row| row.frames < 10), "fewer than 10 frames were timed: medians are rough"),
+            (
+                rows(&|row| row.time_ms_p95 > 1.5 * row.time_ms_median),
+                "p95 is over 1.5 times the median: the machine was busy",
+            ),
+            (rows(&is_nan), "a measure is NaN: the image holds a value that is not a number"),
+            (
+                rows(&|row| row.errors.truth_rel_error.is_some_and(|error| error > 0.05)),
+                "the truth's own standard error is over 5 %: small differences between rows mean nothing",
+            ),
+        ];
+        let count = self.measurements.len();
+        let found = found.into_iter().filter(|(rows, _)| !rows.is_empty()).map(|(rows, sentence)| {
+            let all = rows.matches('#').count() == count;
+            format!("{}: {sentence}.", if all { "All rows".into() } else { rows })
+        });
+        self.warnings.iter().cloned().chain(found).collect()
+    }
+}
+
+/// A group with its tables and plots.
+struct Part<'a> {
+    group: &'a Group<'a>,
+    trades: Vec<trade::Trade>,
+    remark: Option<String>,
+    slice: Option<slice::Slice>,
+    results: tables::Table,
+    passes: Option<tables::Table>,
+    published: Vec<tables::Table>,
+    commands: Option<tables::Table>,
+    error_over_samples: Vec<plots::Named>,
+    cost_per_pass: Option<plots::Named>,
+}
+
+impl<'a> Part<'a> {
+    fn new(index: usize, group: &'a Group<'a>, folder: &Path) -> Result<Self, Error> {
+        let mut part = Self {
+            group,
+            trades: trade::trades(group),
+            remark: trade::remark_on_rel_mse(group),
+            slice: slice::slice(group, folder)?,
+            results: tables::results(group),
+            passes: tables::passes(group),
+            published: tables::published(group),
+            commands: tables::commands(group),
+            error_over_samples: plots::error_over_samples(group),
+            cost_per_pass: plots::cost_per_pass(group),
+        };
+        // Names are the same in every report; a second scene gets a number.
+        if index > 0 {
+            part.plots_mut().for_each(|plot| plot.file = format!("{}-{}", plot.file, index + 1));
+        }
+        Ok(part)
+    }
+
+    fn plots(&self) -> impl Iterator<Item = &plots::Named> {
+        let slice = self.slice.iter().map(|slice| &slice.plot);
+        let trades = self.trades.iter().map(|trade| &trade.plot);
+        slice.chain(trades).chain(&self.error_over_samples).chain(&self.cost_per_pass)
+    }
+
+    fn plots_mut(&mut self) -> impl Iterator<Item = &mut plots::Named> {
+        let slice = self.slice.iter_mut().map(|slice| &mut slice.plot);
+        let trades = self.trades.iter_mut().map(|trade| &mut trade.plot);
+        slice.chain(trades).chain(&mut self.error_over_samples).chain(&mut self.cost_per_pass)
+    }
+
+    /// Those of tables.md: the frontier by what a viewer sees and by what the light's own error is.
+    fn tables(&self) -> impl Iterator<Item = &tables::Table> {
+        let Self { slice, trades, results, passes, published, commands, .. } = self;
+        let told = |trade: &&trade::Trade| ["FLIP", "relMSE"].contains(&trade.measure.name);
+        let slice = slice.iter().map(|slice| &slice.table);
+        let trades = trades.iter().filter(told).map(|trade| &trade.table);
+        slice.chain(trades).chain([results]).chain(passes).chain(published).chain(commands)
+    }
+
+    /// What all rows of the group share, in a line.
+    fn settings(&self) -> String {
+        let row = self.group.first();
+        let technique = (!self.group.mixed_techniques).then(|| row.technique.clone());
+        let fixed = self.group.fixed.iter().map(|(name, value)| format!("{} = {value}", self.group.short_name(name)));
+        technique.into_iter().chain(fixed).collect::<Vec<_>>().join(", ")
+    }
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), Error> {
+    write_whole(path, |file| file.write_all(text.as_bytes())).map_err(|error| Error::unwritable(path, error))
+}
+
+/// Text for the content or a quoted attribute of an HTML or SVG element.
+pub(crate) fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,166 @@
+//! Rows that may be compared with each other, and what tells them apart.
+
+use serde_json::Value;
+
+use crate::measurement::{Measurement, plain};
+
+/// The rows of one scene, camera, size and adapter: times and errors compare only within a group.
+#[derive(Debug)]
+pub struct Group<'a> {
+    /// Index of each row in the whole results, and the row.
+    pub rows: Vec<(usize, &'a Measurement)>,
+    /// Parameters whose values differ between rows, full names in order of appearance.
+    pub varying: Vec<String>,
+    /// Parameters that are the same in all rows, with their value.
+    pub fixed: Vec<(String, String)>,
+    /// Whether rows of more than one technique are in it, the baseline not counted.
+    pub mixed_techniques: bool,
+}
+
+/// Whether a row is there to be compared with only: it has no indirect light and no settings.
+pub fn is_baseline(row: &Measurement) -> bool {
+    row.technique == "none"
+}
+
+/// Groups in order of first appearance.
+pub fn groups(rows: &[Measurement]) -> Vec<Group<'_>> {
+    let key = |row: &Measurement| {
+        (row.scene.clone(), row.camera.clone(), row.width, row.height, row.adapter.clone(), row.backend.clone())
+    };
+    let mut sets: Vec<(_, Vec<(usize, &Measurement)>)> = Vec::new();
+    for (index, row) in rows.iter().enumerate() {
+        let key = key(row);
+        match sets.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, set)) => set.push((index, row)),
+            None => sets.push((key, vec![(index, row)])),
+        }
+    }
+    sets.into_iter().map(|(_, rows)| Group::new(rows)).collect()
+}
+
+impl<'a> Group<'a> {
+    fn new(rows: Vec<(usize, &'a Measurement)>) -> Self {
+        let mut names: Vec<&String> = Vec::new();
+        for name in rows.iter().flat_map(|(_, row)| row.parameters.keys()) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        // A row of another technique does not have the parameter: that alone does not make it vary.
+        let values = |name: &str| rows.iter().filter_map(|(_, row)| row.parameters.get(name)).collect::<Vec<_>>();
+        let (varying, fixed): (Vec<_>, Vec<_>) =
+            names.into_iter().partition(|name| values(name).windows(2).any(|pair| pair[0] != pair[1]));
+        let fixed = fixed.into_iter().map(|name| (name.clone(), plain(values(name)[0]))).collect();
+        let varying = varying.into_iter().cloned().collect();
+        let mut techniques = rows.iter().filter(|(_, row)| !is_baseline(row)).map(|(_, row)| &row.technique);
+        let first = techniques.next();
+        let mixed_techniques = techniques.any(|technique| Some(technique) != first);
+        Self { rows, varying, fixed, mixed_techniques }
+    }
+
+    /// Any row, the baseline only where there is nothing else: what the rows share is the same in each.
+    pub fn first(&self) -> &'a Measurement {
+        self.rows.iter().find(|(_, row)| !is_baseline(row)).unwrap_or(&self.rows[0]).1
+    }
+
+    /// Whether a baseline stands among configurations of something else.
+    pub fn has_baseline(&self) -> bool {
+        !is_baseline(self.first()) && self.rows.iter().any(|(_, row)| is_baseline(row))
+    }
+
+    /// `atrium · nave · 1280x720`.
+    pub fn title(&self) -> String {
+        let Measurement { scene, camera, width, height, .. } = self.first();
+        let parts = [scene.clone(), camera.clone(), format!("{width}×{height}")];
+        parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" · ")
+    }
+
+    /// Short name of a row within the group: the technique if there are several, and the varying values.
+    pub fn label(&self, row: &Measurement) -> String {
+        let named = self.mixed_techniques || self.varying.is_empty() || is_baseline(row);
+        let technique = named.then(|| row.technique.clone());
+        let values = self.varying.iter().filter_map(|name| Some(value_label(name, row.parameters.get(name)?)));
+        technique.into_iter().chain(values).collect::<Vec<_>>().join(" · ")
+    }
+
+    /// Head of a parameter's column: without the technique where that goes without saying.
+    pub fn short_name<'n>(&self, parameter: &'n str) -> &'n str {
+        if self.mixed_techniques { parameter } else { last_segment(parameter) }
+    }
+}
+
+/// `hierarchical.levels` -> `levels`.
+pub fn last_segment(parameter: &str) -> &str {
+    parameter.rsplit('.').next().unwrap_or(parameter)
+}
+
+/// A setting in a few words: `levels 4`, `visibility off`, but a word that says it all stands alone: `quarter`.
+pub fn value_label(parameter: &str, value: &Value) -> String {
+    let name = last_segment(parameter).replace('_', " ");
+    match value {
+        Value::Bool(on) => format!("{name} {}", if *on { "on" } else { "off" }),
+        Value::String(word) if ["full", "half", "quarter", "eq3", "eq4"].contains(&word.as_str()) => word.clone(),
+        other => format!("{name} {}", plain(other)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn row(technique: &str, parameters: Value) -> Measurement {
+        let parameters = parameters.as_object().cloned().unwrap_or_default();
+        Measurement {
+            scene: "atrium".into(),
+            width: 8,
+            height: 4,
+            technique: technique.into(),
+            parameters,
+            ..Measurement::default()
+        }
+    }
+
+    #[test]
+    fn labels_name_what_differs_and_nothing_else() {
+        let rows = [
+            row(
+                "hierarchical",
+                json!({"hierarchical.start_resolution": "half", "hierarchical.levels": 4, "hierarchical.visibility": "off"}),
+            ),
+            row(
+                "hierarchical",
+                json!({"hierarchical.start_resolution": "quarter", "hierarchical.levels": 4, "hierarchical.visibility": "auto"}),
+            ),
+        ];
+        let groups = groups(&rows);
+        let [group] = &groups[..] else { panic!("one group") };
+        assert_eq!(group.label(&rows[1]), "quarter · visibility auto");
+        assert_eq!(group.fixed, [("hierarchical.levels".to_string(), "4".to_string())]);
+        assert_eq!((group.title().as_str(), group.short_name("hierarchical.levels")), ("atrium · 8×4", "levels"));
+    }
+
+    #[test]
+    fn techniques_mix_but_adapters_do_not() {
+        let mut rows = vec![
+            row("hierarchical", json!({"hierarchical.levels": 4})),
+            row("none", json!({})),
+            row("none", json!({})),
+        ];
+        rows[2].adapter = "another".into();
+        let groups = groups(&rows);
+        assert_eq!(groups.iter().map(|group| group.rows.len()).collect::<Vec<_>>(), [2, 1]);
+        assert!(groups[0].varying.is_empty(), "levels do not vary where only one technique has them");
+        assert_eq!(groups[0].label(&rows[1]), "none");
+    }
+
+    #[test]
+    fn a_baseline_does_not_mix() {
+        let levels = |levels: u32| row("hierarchical", json!({ "hierarchical.levels": levels }));
+        let rows = [row("none", json!({})), levels(4), levels(5)];
+        let groups = groups(&rows);
+        assert!(!groups[0].mixed_techniques && groups[0].has_baseline());
+        assert_eq!(groups[0].first().technique, "hierarchical");
+        assert_eq!([0, 1].map(|i| groups[0].label(&rows[i])), ["none", "levels 4"]);
+    }
+}

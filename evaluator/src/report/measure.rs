@@ -1,0 +1,190 @@
+//! The error measures that a report knows: one declaration for tables, plots and choices.
+
+use crate::measurement::Measurement;
+
+/// An error measure.
+pub struct Measure {
+    /// Head of its column.
+    pub name: &'static str,
+    /// Unit; empty for none.
+    pub unit: &'static str,
+    /// One sentence for a reader who meets it first.
+    pub meaning: &'static str,
+    /// Significant digits worth printing.
+    pub digits: usize,
+    /// Which value is best: the smallest, the largest, or the one nearest to 0.
+    pub best: Best,
+    /// For plots, where lower must be better: file name, axis label and value.
+    pub plot: Option<Plotted>,
+    /// Its value in a row.
+    pub value: fn(&Measurement) -> Option<f64>,
+}
+
+/// How a measure appears in plots.
+pub struct Plotted {
+    /// Name of the choice.
+    pub name: &'static str,
+    /// Part of the file name.
+    pub file: &'static str,
+    /// Axis label.
+    pub label: &'static str,
+    /// Value as plotted, lower = better.
+    pub value: fn(f64) -> f64,
+}
+
+impl Plotted {
+    /// The plotted value of a row; NaN where it was not measured.
+    pub fn error(&self, measure: &Measure, row: &Measurement) -> f64 {
+        (measure.value)(row).map_or(f64::NAN, self.value)
+    }
+}
+
+/// Which value is best.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Best {
+    /// The smallest.
+    Lowest,
+    /// The largest.
+    Highest,
+    /// The one nearest to 0.
+    NearestZero,
+}
+
+impl Best {
+    /// A key that is smallest for the best value.
+    pub fn key(self, value: f64) -> f64 {
+        match self {
+            Self::Lowest => value,
+            Self::Highest => -value,
+            Self::NearestZero => value.abs(),
+        }
+    }
+}
+
+/// All measures, in the order of every table and choice: what a viewer sees first.
+pub static MEASURES: [Measure; 11] = [
+    Measure {
+        name: "FLIP",
+        unit: "",
+        meaning: "perceived difference of the final tone-mapped image when flipping between it and truth; 0 is equal",
+        digits: 3,
+        best: Best::Lowest,
+        plot: Some(Plotted { name: "FLIP", file: "flip", label: "FLIP of the final image", value: |value| value }),
+        value: |row| row.errors.final_flip,
+    },
+    Measure {
+        name: "relMSE",
+        unit: "",
+        meaning: "mean of (x − t)² / (t² + 0.01 m²) of linear albedo · indirect against truth t with mean m; lower is better",
+        digits: 3,
+        best: Best::Lowest,
+        plot: Some(Plotted {
+            name: "relMSE",
+            file: "relmse",
+            label: "relMSE of albedo · indirect",
+            value: |value| value,
+        }),
+        value: |row| row.errors.indirect_rel_mse,
+    },
+    Measure {
+        name: "RMSE",
+        unit: "radiance",
+        meaning: "root mean square error of linear albedo · indirect; lower is better",
+        digits: 3,
+        best: Best::Lowest,
+        plot: Some(Plotted {
+            name: "RMSE",
+            file: "rmse",
+            label: "RMSE of albedo · indirect, radiance",
+            value: |value| value,
+        }),
+        value: |row| row.errors.indirect_rmse,
+    },
+    Measure {
+        name: "SSIM",
+        unit: "",
+        meaning: "structural similarity of the final tone-mapped image; 1 is equal",
+        digits: 3,
+        best: Best::Highest,
+        plot: Some(Plotted {
+            name: "1 − SSIM",
+            file: "ssim",
+            label: "1 − SSIM of the final image",
+            value: |value| 1.0 - value,
+        }),
+        value: |row| row.errors.final_ssim,
+    },
+    Measure {
+        name: "HDR-FLIP",
+        unit: "",
+        meaning: "the largest FLIP over all exposures of the final linear image; 0 is equal",
+        digits: 3,
+        best: Best::Lowest,
+        plot: Some(Plotted {
+            name: "HDR-FLIP",
+            file: "hdr-flip",
+            label: "HDR-FLIP of the final image",
+            value: |value| value,
+        }),
+        value: |row| row.errors.final_hdr_flip,
+    },
+    Measure {
+        name: "bias",
+        unit: "radiance",
+        meaning: "signed mean error of linear albedo · indirect; positive is too bright, 0 is best",
+        digits: 3,
+        best: Best::NearestZero,
+        plot: Some(Plotted {
+            name: "|bias|",
+            file: "bias",
+            label: "|bias| of albedo · indirect, radiance",
+            value: f64::abs,
+        }),
+        value: |row| row.errors.indirect_bias,
+    },
+    Measure {
+        name: "P95 error",
+        unit: "radiance",
+        meaning: "95th percentile of the absolute error of linear albedo · indirect; lower is better",
+        digits: 3,
+        best: Best::Lowest,
+        plot: None,
+        value: |row| row.errors.indirect_p95_abs,
+    },
+    Measure {
+        name: "P99.9 error",
+        unit: "radiance",
+        meaning: "99.9th percentile of the absolute error of linear albedo · indirect; lower is better",
+        digits: 3,
+        best: Best::Lowest,
+        plot: None,
+        value: |row| row.errors.indirect_p999_abs,
+    },
+    Measure {
+        name: "PSNR",
+        unit: "dB",
+        meaning: "peak signal-to-noise ratio of the final tone-mapped image; higher is better",
+        digits: 3,
+        best: Best::Highest,
+        plot: None,
+        value: |row| row.errors.final_psnr_db,
+    },
+    Measure {
+        name: "noise",
+        unit: "radiance",
+        meaning: "standard deviation per pixel over seeds under a still camera; lower is better",
+        digits: 3,
+        best: Best::Lowest,
+        plot: None,
+        value: |row| row.errors.noise_std,
+    },
+    Measure {
+        name: "truth error",
+        unit: "",
+        meaning: "relative standard error that the path-traced truth reached",
+        digits: 2,
+        best: Best::Lowest,
+        plot: None,
+        value: |row| row.errors.truth_rel_error,
+    },
+];

@@ -1,0 +1,232 @@
+//! The plots of a report.
+
+use serde_json::Value;
+
+use super::chart::{Axis, Bars, Drawing, Line, MARKERS, Marker, Plot, Point, Segment, Series, Spacing};
+use super::grouping::{Group, is_baseline, last_segment, value_label};
+use super::measure::{Best, MEASURES, Measure, Plotted};
+use super::pareto::frontier;
+use super::tables::pass_names;
+use crate::format::number;
+use crate::measurement::Measurement;
+
+/// A drawing with the name of its file (without folder and `.svg`) and of its choice where several stand in one place.
+pub struct Named {
+    /// File name.
+    pub file: String,
+    /// Name of the measure that it shows; empty where there is no choice.
+    pub choice: &'static str,
+    /// The drawing.
+    pub drawing: Drawing,
+}
+
+/// Time against error with the frontier.
+pub fn time_against_error(group: &Group, measure: &'static Measure, plotted: &Plotted) -> Named {
+    let style = Style::of(group, &group.varying);
+    let mut series: Vec<Series> = Vec::new();
+    let rows: Vec<&Measurement> = group.rows.iter().map(|&(_, row)| row).collect();
+    let error = |row: &Measurement| plotted.error(measure, row);
+    let pairs: Vec<(f64, f64)> = rows.iter().map(|row| (row.time_ms_median, error(row))).collect();
+    let best = frontier(&rows, error);
+    if best.len() > 1 {
+        let points = best.iter().map(|&index| point(group, index, pairs[index], measure)).collect();
+        let name = "frontier".into();
+        series.push(Series { name, colour: None, marker: None, line: Some(Line::Stairs), points });
+    }
+    for (index, (_, row)) in group.rows.iter().enumerate() {
+        let (colour, marker) = style.look(row);
+        let place = point(group, index, pairs[index], measure);
+        let same = |series: &&mut Series| series.colour == colour && series.marker == Some(marker);
+        match series.iter_mut().find(same) {
+            Some(series) => series.points.push(place),
+            None => series.push(Series {
+                name: style.name(row),
+                colour,
+                marker: Some(marker),
+                line: None,
+                points: vec![place],
+            }),
+        }
+    }
+    let drawing = Plot {
+        title: format!("Time against {}", plotted.name),
+        x: axis("time, ms", pairs.iter().map(|pair| pair.0)),
+        y: axis(plotted.label, pairs.iter().map(|pair| pair.1)),
+        series,
+    };
+    Named { file: format!("time-vs-{}", plotted.file), choice: plotted.name, drawing: drawing.draw() }
+}
+
+/// Error over the number of samples, one line for each combination of the other settings; empty when no number of
+/// samples varies.
+pub fn error_over_samples(group: &Group) -> Vec<Named> {
+    let is_samples = |name: &&String| ["samples", "slices", "rays"].contains(&last_segment(name));
+    let Some(samples) = group.varying.iter().find(is_samples) else { return vec![] };
+    let count = |row: &Measurement| row.parameters.get(samples).and_then(Value::as_f64);
+    let plot = |measure: &'static Measure, plotted: &Plotted| {
+        // Here the sign tells light that is lost from light that is too much.
+        let signed = measure.best == Best::NearestZero;
+        let mut series: Vec<Series> = Vec::new();
+        let others: Vec<String> = group.varying.iter().filter(|name| *name != samples).cloned().collect();
+        let style = Style::of(group, &others);
+        let (mut counts, mut errors) = (Vec::new(), Vec::new());
+        for (index, (_, row)) in group.rows.iter().enumerate() {
+            let (Some(count), Some(value)) = (count(row), (measure.value)(row)) else { continue };
+            let error = if signed { value } else { (plotted.value)(value) };
+            counts.push(count);
+            errors.push(error);
+            let technique = group.mixed_techniques.then(|| row.technique.clone());
+            let words = others.iter().filter_map(|name| Some(value_label(name, row.parameters.get(name)?)));
+            let name = technique.into_iter().chain(words).collect::<Vec<_>>().join(" · ");
+            let place = point(group, index, (count, error), measure);
+            match series.iter_mut().find(|series| series.name == name) {
+                Some(series) => series.points.push(place),
+                None => {
+                    let (colour, marker) = style.look(row);
+                    let (marker, line) = (Some(marker), Some(Line::Solid));
+                    series.push(Series { name, colour, marker, line, points: vec![place] });
+                }
+            }
+        }
+        counts.sort_by(f64::total_cmp);
+        counts.dedup();
+        series.iter_mut().for_each(|series| series.points.sort_by(|a, b| a.x.total_cmp(&b.x)));
+        let (name, label) =
+            if signed { (measure.name, plotted.label.replace('|', "")) } else { (plotted.name, plotted.label.into()) };
+        let drawing = Plot {
+            title: format!("{name} over {}", last_segment(samples).replace('_', " ")),
+            x: Axis { ticks: counts.clone(), ..axis(&group.short_name(samples).replace('_', " "), counts.into_iter()) },
+            y: axis(&label, errors.into_iter()),
+            series,
+        };
+        Named { file: format!("samples-vs-{}", plotted.file), choice: plotted.name, drawing: drawing.draw() }
+    };
+    let mut plots: Vec<Named> = shown_measures(group).map(|(measure, plotted)| plot(measure, plotted)).collect();
+    // What is asked of the disc's area is how much light it loses.
+    if group.varying.iter().any(|name| last_segment(name) == "disc_area") {
+        plots.sort_by_key(|plot| plot.choice != "|bias|");
+    }
+    plots
+}
+
+/// Cost of each pass, one bar a row; None when no row has passes.
+pub fn cost_per_pass(group: &Group) -> Option<Named> {
+    let names = pass_names(group);
+    let values = |row: &Measurement| names.iter().map(|name| row.pass(name).unwrap_or(0.0)).collect();
+    let bars = Bars {
+        title: "Cost per pass".into(),
+        unit: "ms".into(),
+        segments: segments(&names),
+        bars: group
+            .rows
+            .iter()
+            .map(|&(index, row)| (format!("#{} {}", index + 1, group.label(row)), values(row)))
+            .collect(),
+    };
+    let file = "cost-per-pass".into();
+    (!names.is_empty()).then(|| Named { file, choice: "", drawing: bars.draw() })
+}
+
+/// Passes that differ only in a number at the end, as those of the levels do, share a colour.
+fn segments(passes: &[String]) -> Vec<Segment> {
+    let family = |name: &str| name.trim_end_matches(|end: char| end.is_ascii_digit() || end == '_').to_owned();
+    let mut families: Vec<(String, usize)> = Vec::new();
+    let segment = |name: &String| {
+        let colour = families.iter().position(|(known, _)| *known == family(name)).unwrap_or_else(|| {
+            families.push((family(name), 0));
+            families.len() - 1
+        });
+        let shade = families[colour].1;
+        families[colour].1 += 1;
+        Segment { name: name.replace('_', " "), colour, shade }
+    };
+    passes.iter().map(segment).collect()
+}
+
+/// Measures that are plotted and that some row has.
+pub fn shown_measures<'a>(group: &'a Group) -> impl Iterator<Item = (&'static Measure, &'static Plotted)> + 'a {
+    let measured = |measure: &&Measure| group.rows.iter().any(|(_, row)| (measure.value)(row).is_some());
+    MEASURES.iter().filter(measured).filter_map(|measure| Some((measure, measure.plot.as_ref()?)))
+}
+
+/// Logarithmic where the positive values span more than a factor of four and none is negative.
+fn axis(label: &str, values: impl Iterator<Item = f64>) -> Axis {
+    let (low, high) = values
+        .filter(|value| value.is_finite() && *value != 0.0)
+        .fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)));
+    let spacing = if low > 0.0 && high > 4.0 * low { Spacing::Logarithmic } else { Spacing::Linear };
+    Axis { label: label.into(), spacing, ticks: vec![] }
+}
+
+fn point(group: &Group, index: usize, (x, y): (f64, f64), measure: &Measure) -> Point {
+    let (row_index, row) = group.rows[index];
+    let value = (measure.value)(row).map_or(String::new(), |value| number(value, measure.digits));
+    let unit = if measure.unit.is_empty() { String::new() } else { format!(" {}", measure.unit) };
+    let time = number(row.time_ms_median, 3);
+    let label = format!("#{} {}\n{time} ms\n{} {value}{unit}", row_index + 1, group.label(row), measure.name);
+    Point { x, y, label, row: Some(row_index) }
+}
+
+/// What colour and shape mean in a group's plots: the technique and the first of some settings where techniques mix,
+/// else the first two settings.
+struct Style {
+    colour: Meaning,
+    shape: Meaning,
+}
+
+/// A property of a row and its values in order of appearance.
+struct Meaning {
+    of: Box<dyn Fn(&Measurement) -> String>,
+    values: Vec<String>,
+}
+
+impl Meaning {
+    fn new(group: &Group, of: impl Fn(&Measurement) -> String + 'static) -> Self {
+        let mut values = Vec::new();
+        for (_, row) in group.rows.iter().filter(|(_, row)| !is_baseline(row)) {
+            let value = of(row);
+            if !values.contains(&value) {
+                values.push(value);
+            }
+        }
+        Self { of: Box::new(of), values }
+    }
+
+    fn index(&self, row: &Measurement) -> usize {
+        let value = (self.of)(row);
+        self.values.iter().position(|known| *known == value).unwrap_or(0)
+    }
+}
+
+impl Style {
+    fn of(group: &Group, settings: &[String]) -> Self {
+        let parameter = |index: usize| {
+            let name = settings.get(index).cloned();
+            move |row: &Measurement| {
+                let value = name.as_ref().and_then(|name| row.parameters.get(name).map(|value| (name, value)));
+                value.map_or(String::new(), |(name, value)| value_label(name, value))
+            }
+        };
+        if group.mixed_techniques {
+            Self { colour: Meaning::new(group, |row| row.technique.clone()), shape: Meaning::new(group, parameter(0)) }
+        } else {
+            Self { colour: Meaning::new(group, parameter(0)), shape: Meaning::new(group, parameter(1)) }
+        }
+    }
+
+    /// Colour and shape; the baseline is an ink cross.
+    fn look(&self, row: &Measurement) -> (Option<usize>, Marker) {
+        if is_baseline(row) {
+            return (None, Marker::Cross);
+        }
+        (Some(self.colour.index(row)), MARKERS[self.shape.index(row) % MARKERS.len()])
+    }
+
+    fn name(&self, row: &Measurement) -> String {
+        if is_baseline(row) {
+            return row.technique.clone();
+        }
+        let words = [(self.colour.of)(row), (self.shape.of)(row)];
+        words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" · ")
+    }
+}

@@ -1,0 +1,182 @@
+//! Tables of papers, to hold measurements against.
+//!
+//! Papers' times come from their own hardware, so they are compared by ratio: each row against the first row of its
+//! table.
+
+use crate::measurement::{Measurement, plain};
+
+/// A paper's table of times.
+pub struct PublishedTable {
+    /// `preset` of the rows that it belongs to.
+    pub preset: &'static str,
+    /// Where the figures come from.
+    pub source: &'static str,
+    /// How the paper's settings differ from what a row can say.
+    pub remarks: &'static str,
+    /// The paper's steps and the passes here that do their work: those that carry one of the names, alone or numbered.
+    pub steps: &'static [(&'static str, &'static [&'static str])],
+    /// What the paper concludes from its table.
+    pub claims: &'static [Claim],
+    /// What the paper says about one pass within a step.
+    pub share: Share,
+    /// Parameters, `gpu`, and one `<step>_ms` column per step and for their `total`; the figures only.
+    csv: &'static str,
+}
+
+/// A statement about two configurations of a table: their times in one step have a certain ratio.
+pub struct Claim {
+    /// In words.
+    pub name: &'static str,
+    /// A step, or `total`.
+    pub step: &'static str,
+    /// The configuration whose time is divided, by its place among the table's distinct configurations.
+    pub of: usize,
+    /// The configuration that it is divided by.
+    pub over: usize,
+}
+
+/// A statement about the share of a pass in its step, on the paper's first GPU.
+pub struct Share {
+    /// In words.
+    pub name: &'static str,
+    /// The step.
+    pub step: &'static str,
+    /// The pass here.
+    pub pass: &'static str,
+    /// The configuration, by its place among the table's distinct configurations.
+    pub of: usize,
+    /// The paper's words.
+    pub published: &'static str,
+}
+
+const fn claim(name: &'static str, step: &'static str, of: usize, over: usize) -> Claim {
+    Claim { name, step, of, over }
+}
+
+/// All tables.
+pub const TABLES: [PublishedTable; 1] = [PublishedTable {
+    preset: "soler2009_fig6",
+    source: "Soler, Hoel, Rochet, Jay, Holzschuch: Hierarchical Screen Space Indirect Illumination For Video Games, INRIA \
+             RR-7162 (2009), Figure 6",
+    remarks: "1280×720, r = 20, 3×3 upsampling kernel, no visibility, samples per level. The paper does not count the \
+              making of the mipmaps, so the pyramid passes are left out here too.",
+    steps: &[("gather", &["gather"]), ("combine", &["combine", "upsample"]), ("composite", &["composite"])],
+    // Configurations: 0 quarter 4 64, 1 quarter 4 256, 2 half 4 256, 3 half 4 64, 4 half 5 64.
+    claims: &[
+        claim("half start resolution over quarter, 64 samples", "gather", 3, 0),
+        claim("half start resolution over quarter, 256 samples", "gather", 2, 1),
+        claim("256 samples over 64, quarter", "gather", 1, 0),
+        claim("256 samples over 64, half", "gather", 2, 3),
+        claim("five levels over four, half, 64 samples", "gather", 4, 3),
+        claim("five levels over four, half, 64 samples", "total", 4, 3),
+    ],
+    // Its Figure 7 and the text beside it.
+    share: Share {
+        name: "share of the first level, half, 4 levels, 64 samples",
+        step: "gather",
+        pass: "gather_0",
+        of: 3,
+        published: "over 70 %",
+    },
+    csv: include_str!("../../published/soler2009_fig6.csv"),
+}];
+
+/// One row of a published table: the same configuration on one GPU of the paper.
+pub struct PublishedRow {
+    /// Parameter and value, as text.
+    pub parameters: Vec<(String, String)>,
+    /// The paper's GPU.
+    pub gpu: String,
+    /// Step and time, ms.
+    pub steps: Vec<(String, f64)>,
+}
+
+impl PublishedTable {
+    /// The table for a preset.
+    pub fn of(preset: &str) -> Option<&'static Self> {
+        TABLES.iter().find(|table| table.preset == preset)
+    }
+
+    /// The rows, in the paper's order.
+    ///
+    /// # Panics
+    /// If the table in the repository is broken; a test reads them all.
+    pub fn rows(&self) -> Vec<PublishedRow> {
+        let mut table = csv::Reader::from_reader(self.csv.as_bytes());
+        let head = table.headers().expect("a published table has a head").clone();
+        table
+            .records()
+            .map(|record| {
+                let record = record.expect("a published table is rectangular");
+                let mut row = PublishedRow { parameters: vec![], gpu: String::new(), steps: vec![] };
+                for (column, value) in head.iter().zip(&record) {
+                    match column.strip_suffix("_ms") {
+                        Some(step) => row.steps.push((step.into(), value.parse().expect("a time is a number"))),
+                        None if column == "gpu" => row.gpu = value.into(),
+                        None => row.parameters.push((column.into(), value.into())),
+                    }
+                }
+                row
+            })
+            .collect()
+    }
+}
+
+impl PublishedRow {
+    /// Whether a measured row has these settings.
+    pub fn matches(&self, row: &Measurement) -> bool {
+        self.parameters.iter().all(|(name, value)| row.parameters.get(name).is_some_and(|own| plain(own) == *value))
+    }
+
+    /// A step's time, ms.
+    pub fn step(&self, name: &str) -> Option<f64> {
+        self.steps.iter().find(|(step, _)| step == name).map(|(_, time)| *time)
+    }
+}
+
+impl PublishedTable {
+    /// What a measured row spent on a step, ms; `total` is the sum of the steps. None where no pass did such work.
+    pub fn measured(&self, row: &Measurement, step: &str) -> Option<f64> {
+        let names =
+            self.steps.iter().filter(|(name, _)| step == "total" || *name == step).flat_map(|(_, passes)| *passes);
+        let times: Vec<f64> = names.flat_map(|name| passes(row, name)).map(|(_, time)| time).collect();
+        (!times.is_empty()).then(|| times.iter().sum())
+    }
+}
+
+/// The passes of a row that carry a name, alone or followed by a number or a detail (`gather`, `gather_0`), with their
+/// time, ms.
+pub fn passes<'a>(row: &'a Measurement, name: &'a str) -> impl Iterator<Item = (&'a str, f64)> {
+    row.pass_ms.iter().filter_map(move |(pass, time)| {
+        let rest = pass.strip_prefix(name)?;
+        (!rest.starts_with(char::is_alphabetic)).then_some((pass.as_str(), time.as_f64()?))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn tables_are_whole() {
+        for table in &TABLES {
+            let rows = table.rows();
+            assert!(rows.len() >= 2, "{}", table.preset);
+            for row in rows {
+                let parts: f64 = row.steps.iter().filter(|(step, _)| step != "total").map(|(_, time)| time).sum();
+                // Printed to a tenth of a millisecond, three steps.
+                assert!((parts - row.step("total").unwrap_or(f64::NAN)).abs() < 0.15, "{} {parts}", table.preset);
+            }
+        }
+    }
+
+    #[test]
+    fn steps_find_their_passes() {
+        let pass_ms = json!({"pyramid_2": 9.0, "gather_0": 4.0, "gather_1": 1.0, "gathering": 9.0, "upsample": 2.0, "combine_0": 1.0});
+        let row = Measurement { pass_ms: pass_ms.as_object().cloned().unwrap_or_default(), ..Measurement::default() };
+        let step = |name| TABLES[0].measured(&row, name);
+        assert_eq!((step("gather"), step("combine"), step("composite")), (Some(5.0), Some(3.0), None));
+        assert_eq!(step("total"), Some(8.0));
+    }
+}

@@ -1,0 +1,333 @@
+//! The tables of a report as data; [`super::markdown`] and [`super::html`] print them.
+
+use super::grouping::{Group, last_segment};
+use super::measure::{Best, MEASURES, Measure};
+use super::published::{Claim, PublishedRow, PublishedTable, Share};
+use crate::format::number;
+use crate::measurement::{Measurement, plain};
+
+/// A table with units in its heads.
+#[derive(Debug)]
+pub struct Table {
+    /// Heading.
+    pub title: String,
+    /// One or two sentences on what it shows.
+    pub caption: String,
+    /// Heads.
+    pub columns: Vec<Column>,
+    /// As many cells a row as there are columns.
+    pub rows: Vec<TableRow>,
+}
+
+/// A column's head.
+#[derive(Debug)]
+pub struct Column {
+    /// What it holds.
+    pub name: String,
+    /// Unit; empty for none.
+    pub unit: String,
+    /// One sentence for a reader who meets it first; may be empty.
+    pub meaning: String,
+    /// What its cells are.
+    pub kind: Kind,
+}
+
+/// What a column's cells are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Words.
+    Text,
+    /// Numbers: set right, sorted by size.
+    Number,
+    /// A command to copy.
+    Code,
+}
+
+/// A row.
+#[derive(Debug)]
+pub struct TableRow {
+    /// Index of the measurement that it shows.
+    pub row: Option<usize>,
+    /// Cells, by column.
+    pub cells: Vec<Cell>,
+}
+
+/// A cell.
+#[derive(Debug, Default)]
+pub struct Cell {
+    /// As printed; empty = no value.
+    pub text: String,
+    /// What a numeric column sorts by.
+    pub value: Option<f64>,
+    /// The best value of its column.
+    pub best: bool,
+}
+
+impl Column {
+    pub(super) fn text(name: impl Into<String>) -> Self {
+        Self { name: name.into(), unit: String::new(), meaning: String::new(), kind: Kind::Text }
+    }
+
+    pub(super) fn numeric(name: impl Into<String>, unit: &str, meaning: &str) -> Self {
+        Self { name: name.into(), unit: unit.into(), meaning: meaning.into(), kind: Kind::Number }
+    }
+}
+
+impl Cell {
+    pub(super) fn text(text: impl Into<String>) -> Self {
+        Self { text: text.into(), ..Self::default() }
+    }
+
+    pub(super) fn number(value: Option<f64>, digits: usize) -> Self {
+        Self { text: value.map_or(String::new(), |value| number(value, digits)), value, best: false }
+    }
+
+    /// Number of a row of results.csv, from 1.
+    pub(super) fn row(index: usize) -> Self {
+        Self { text: (index + 1).to_string(), value: Some(index as f64), best: false }
+    }
+}
+
+/// A column and how to fill it from a row.
+type Filled<'a> = (Column, Box<dyn Fn(&Measurement) -> Cell + 'a>, Option<Best>);
+
+/// Time, memory and every error of each row.
+pub fn results(group: &Group) -> Table {
+    let mut columns = configuration_columns(group);
+    let time = |name: &str, meaning: &str, value: fn(&Measurement) -> f64| -> Filled {
+        (
+            Column::numeric(name, "ms", meaning),
+            Box::new(move |row| Cell::number(Some(value(row)), 3)),
+            Some(Best::Lowest),
+        )
+    };
+    columns.extend([
+        time("time", "median over the frames of every pass beyond G-buffer and direct light", |row| row.time_ms_median),
+        time("min", "the fastest frame", |row| row.time_ms_min),
+        time("p95", "95th percentile over the frames", |row| row.time_ms_p95),
+        time("frame", "median over the frames of the whole frame", |row| row.frame_ms_median),
+    ]);
+    let mib = |row: &Measurement| Cell::number(Some(row.memory_bytes as f64 / f64::from(1 << 20)), 3);
+    columns.push((
+        Column::numeric("memory", "MiB", "textures and buffers of the plan"),
+        Box::new(mib),
+        Some(Best::Lowest),
+    ));
+    for Measure { name, unit, meaning, digits, best, value, .. } in &MEASURES {
+        let cell = move |row: &Measurement| Cell::number(value(row), *digits);
+        columns.push((Column::numeric(*name, unit, meaning), Box::new(cell), Some(*best)));
+    }
+    let caption = "Times are medians over the frames; errors are against path-traced truth, sky left out. Bold: best of the column.";
+    fill("Every configuration", caption, columns, group)
+}
+
+/// Median time of each pass of each row; None when no row has passes.
+pub fn passes(group: &Group) -> Option<Table> {
+    let names = pass_names(group);
+    if names.is_empty() {
+        return None;
+    }
+    let mut columns = configuration_columns(group);
+    for name in names {
+        let head = Column::numeric(name.replace('_', " "), "ms", "");
+        columns.push((head, Box::new(move |row: &Measurement| Cell::number(row.pass(&name), 3)), None));
+    }
+    Some(fill("Where the time goes", "Each pass, median over the frames.", columns, group))
+}
+
+/// Passes of all rows, in frame order: a pass that only some rows have comes after its predecessor in those rows.
+pub fn pass_names(group: &Group) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for (_, row) in &group.rows {
+        let mut next = 0;
+        for name in row.pass_ms.keys() {
+            next = 1 + names.iter().position(|known| known == name).unwrap_or_else(|| {
+                names.insert(next, name.clone());
+                next
+            });
+        }
+    }
+    names
+}
+
+/// Published against measured: the paper's claims, then each of its steps; empty without a published table for the
+/// preset or without a row that it has.
+pub fn published(group: &Group) -> Vec<Table> {
+    let Some(table) = PublishedTable::of(&group.first().preset) else { return vec![] };
+    let held = Held::new(table, group);
+    if held.own.iter().all(Option::is_none) {
+        return vec![];
+    }
+    let steps = table.steps.iter().map(|(step, _)| *step).chain(["total"]);
+    [held.claims()].into_iter().chain(steps.map(|step| held.step(step))).collect()
+}
+
+/// A published table beside the rows of a group.
+struct Held<'a> {
+    table: &'static PublishedTable,
+    published: Vec<PublishedRow>,
+    /// The paper's GPUs, in its order.
+    gpus: Vec<String>,
+    /// Index in `published` of the first row of each distinct configuration.
+    configurations: Vec<usize>,
+    /// The measured row of each configuration.
+    own: Vec<Option<(usize, &'a Measurement)>>,
+}
+
+impl<'a> Held<'a> {
+    fn new(table: &'static PublishedTable, group: &Group<'a>) -> Self {
+        let published = table.rows();
+        let (mut gpus, mut configurations) = (Vec::new(), Vec::<usize>::new());
+        for (index, row) in published.iter().enumerate() {
+            if !gpus.contains(&row.gpu) {
+                gpus.push(row.gpu.clone());
+            }
+            if !configurations.iter().any(|&known| published[known].parameters == row.parameters) {
+                configurations.push(index);
+            }
+        }
+        let find = |&index: &usize| group.rows.iter().find(|(_, row)| published[index].matches(row)).copied();
+        let own = configurations.iter().map(find).collect();
+        Self { table, published, gpus, configurations, own }
+    }
+
+    /// Published time of a configuration's step on a GPU, ms.
+    fn paper(&self, configuration: usize, gpu: &str, step: &str) -> Option<f64> {
+        let parameters = &self.published[self.configurations[configuration]].parameters;
+        let row = self.published.iter().find(|row| row.gpu == gpu && row.parameters == *parameters)?;
+        row.step(step)
+    }
+
+    /// Measured time of a configuration's step, ms.
+    fn measured(&self, configuration: usize, step: &str) -> Option<f64> {
+        self.table.measured(self.own[configuration]?.1, step)
+    }
+
+    fn claims(&self) -> Table {
+        let ratio = |of: Option<f64>, over: Option<f64>| Cell::number(of.zip(over).map(|(of, over)| of / over), 4);
+        let mut rows: Vec<TableRow> = Vec::new();
+        for Claim { name, step, of, over } in self.table.claims {
+            let mut cells = vec![Cell::text(*name), Cell::text(*step)];
+            cells.extend(self.gpus.iter().map(|gpu| ratio(self.paper(*of, gpu, step), self.paper(*over, gpu, step))));
+            cells.push(ratio(self.measured(*of, step), self.measured(*over, step)));
+            rows.push(TableRow { row: None, cells });
+        }
+        let Share { name, step, pass, of, published } = self.table.share;
+        let own = self.own[of].and_then(|(_, row)| row.pass(pass)).zip(self.measured(of, step));
+        let mut cells = vec![Cell::text(name), Cell::text(step), Cell::text(published)];
+        cells.resize_with(2 + self.gpus.len(), Cell::default);
+        let share = own.map(|(pass, step)| pass / step);
+        let text = share.map_or(String::new(), |share| format!("{} %", number(100.0 * share, 3)));
+        cells.push(Cell { text, value: share, best: false });
+        rows.push(TableRow { row: None, cells });
+
+        let mut columns = vec![Column::text("claim"), Column::text("step")];
+        columns.extend(self.gpus.iter().map(|gpu| {
+            Column::numeric(gpu.as_str(), "published ratio", "time of the first configuration over that of the second")
+        }));
+        columns.push(Column::numeric("measured", "ratio", ""));
+        let caption =
+            format!("{}. {} Times of different machines compare by ratio only.", self.table.source, self.table.remarks);
+        Table { title: "Published and measured: what the paper concludes".into(), caption, columns, rows }
+    }
+
+    fn step(&self, step: &str) -> Table {
+        let ratio = |time: Option<f64>, base: Option<f64>| time.zip(base).map(|(time, base)| time / base);
+        let row = |configuration: usize| {
+            let parameters = &self.published[self.configurations[configuration]].parameters;
+            let words = parameters.iter().map(|(name, value)| match value.parse::<f64>() {
+                Ok(_) => format!("{} {value}", last_segment(name)),
+                Err(_) => value.clone(),
+            });
+            let published = |gpu: &String| self.paper(configuration, gpu, step);
+            let measured = self.measured(configuration, step);
+            let mut cells = vec![Cell::text(words.collect::<Vec<_>>().join(" · "))];
+            cells.extend(self.gpus.iter().map(|gpu| Cell::number(published(gpu), 3)));
+            cells.push(Cell::number(measured, 3));
+            cells.extend(self.gpus.iter().map(|gpu| Cell::number(ratio(published(gpu), self.paper(0, gpu, step)), 3)));
+            cells.push(Cell::number(ratio(measured, self.measured(0, step)), 3));
+            TableRow { row: self.own[configuration].map(|(index, _)| index), cells }
+        };
+        let mut columns = vec![Column::text("configuration")];
+        columns.extend(self.gpus.iter().map(|gpu| Column::numeric(gpu.as_str(), "ms", "published")));
+        columns.push(Column::numeric("measured", "ms", "here"));
+        let over_first = "time over that of the first row";
+        columns.extend(self.gpus.iter().map(|gpu| Column::numeric(gpu.as_str(), "× first row", over_first)));
+        columns.push(Column::numeric("measured", "× first row", over_first));
+        Table {
+            title: format!("Published and measured: {step}"),
+            caption: String::new(),
+            columns,
+            rows: (0..self.configurations.len()).map(row).collect(),
+        }
+    }
+}
+
+/// The command that reproduces each row; None when no row has one.
+pub fn commands(group: &Group) -> Option<Table> {
+    let columns: Vec<Filled> = vec![
+        (Column::text("configuration"), Box::new(|row| Cell::text(group.label(row))), None),
+        (Column { kind: Kind::Code, ..Column::text("command") }, Box::new(|row| Cell::text(&row.command)), None),
+    ];
+    let any = group.rows.iter().any(|(_, row)| !row.command.is_empty());
+    any.then(|| fill("Commands", "Each reproduces its row.", columns, group))
+}
+
+/// Row number, technique where several mix, varying parameters.
+fn configuration_columns<'a>(group: &'a Group) -> Vec<Filled<'a>> {
+    let mut columns: Vec<Filled> = Vec::new();
+    if group.mixed_techniques || group.has_baseline() {
+        columns.push((Column::text("technique"), Box::new(|row| Cell::text(&row.technique)), None));
+    }
+    for name in &group.varying {
+        let numeric =
+            group.rows.iter().all(|(_, row)| row.parameters.get(name).is_none_or(serde_json::Value::is_number));
+        let cell = move |row: &Measurement| {
+            let value = row.parameters.get(name);
+            Cell {
+                text: value.map_or(String::new(), plain),
+                value: value.and_then(|value| value.as_f64()),
+                best: false,
+            }
+        };
+        let kind = if numeric { Kind::Number } else { Kind::Text };
+        let head = Column { kind, ..Column::text(group.short_name(name).replace('_', " ")) };
+        columns.push((head, Box::new(cell), None));
+    }
+    columns
+}
+
+/// Fills the columns with the group's rows, drops columns without a single value, and marks the best.
+fn fill(title: &str, caption: &str, columns: Vec<Filled>, group: &Group) -> Table {
+    let mut heads = vec![Column::numeric("#", "", "row of results.csv")];
+    let mut rows: Vec<TableRow> =
+        group.rows.iter().map(|&(index, _)| TableRow { row: Some(index), cells: vec![Cell::row(index)] }).collect();
+    for (head, cell, best) in columns {
+        let mut cells: Vec<Cell> = group.rows.iter().map(|(_, row)| cell(row)).collect();
+        if cells.iter().all(|cell| cell.text.is_empty()) {
+            continue;
+        }
+        if let Some(best) = best {
+            mark_best(&mut cells, best);
+        }
+        heads.push(head);
+        rows.iter_mut().zip(cells).for_each(|(row, cell)| row.cells.push(cell));
+    }
+    Table { title: title.into(), caption: caption.into(), columns: heads, rows }
+}
+
+/// Marks every cell that prints as the best one does; none when all print alike.
+fn mark_best(cells: &mut [Cell], best: Best) {
+    let key = |cell: &Cell| cell.value.filter(|value| !value.is_nan()).map(|value| best.key(value));
+    let Some(winner) = cells
+        .iter()
+        .filter(|cell| key(cell).is_some())
+        .min_by(|a, b| key(a).unwrap_or(f64::INFINITY).total_cmp(&key(b).unwrap_or(f64::INFINITY)))
+    else {
+        return;
+    };
+    let text = winner.text.clone();
+    if cells.iter().any(|cell| cell.text != text) {
+        cells.iter_mut().for_each(|cell| cell.best = cell.text == text);
+    }
+}

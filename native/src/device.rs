@@ -1,0 +1,128 @@
+//! A device without a window.
+
+use std::fmt;
+
+use halflight_renderer::Gpu;
+
+/// Which adapter to open.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum AdapterChoice {
+    /// A discrete or integrated GPU where there is one, otherwise a software adapter.
+    #[default]
+    Any,
+    /// Only real GPUs.
+    Gpu,
+    /// Only software adapters (lavapipe, SwiftShader, WARP).
+    Software,
+    /// The first adapter whose name holds this text, letter case ignored.
+    Named(String),
+}
+
+impl From<&str> for AdapterChoice {
+    fn from(text: &str) -> Self {
+        match text {
+            "" | "any" => Self::Any,
+            "gpu" => Self::Gpu,
+            "software" => Self::Software,
+            name => Self::Named(name.to_owned()),
+        }
+    }
+}
+
+/// Why no device could be opened: one sentence with the mend.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct DeviceError(String);
+
+impl DeviceError {
+    pub(crate) fn new(sentence: impl Into<String>) -> Self {
+        Self(sentence.into())
+    }
+}
+
+/// A device and what is known of the adapter behind it.
+pub struct NativeGpu {
+    /// The device, as the renderer wants it.
+    pub gpu: Gpu,
+    /// Name, driver, backend and type of the adapter.
+    pub info: wgpu::AdapterInfo,
+}
+
+impl NativeGpu {
+    /// Opens a device with the features and limits that [`Gpu`] wants.
+    ///
+    /// # Errors
+    /// Where no adapter fits the choice, or its driver refuses the device.
+    pub fn open(choice: &AdapterChoice) -> Result<Self, DeviceError> {
+        let mut found = instance_adapters();
+        found.sort_by_key(|adapter| preference(adapter.get_info().device_type));
+        let software = |adapter: &wgpu::Adapter| adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        let names: Vec<String> = found.iter().map(|adapter| adapter.get_info().name).collect();
+        let adapter = found
+            .into_iter()
+            .find(|adapter| match choice {
+                AdapterChoice::Any => true,
+                AdapterChoice::Gpu => !software(adapter),
+                AdapterChoice::Software => software(adapter),
+                AdapterChoice::Named(name) => adapter.get_info().name.to_lowercase().contains(&name.to_lowercase()),
+            })
+            .ok_or_else(|| DeviceError(missing(choice, &names)))?;
+        let info = adapter.get_info();
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("halflight"),
+            required_features: adapter.features() & Gpu::WANTED_FEATURES,
+            required_limits: Gpu::wanted_limits(&adapter.limits()),
+            ..Default::default()
+        }))
+        .map_err(|e| {
+            DeviceError(format!("adapter \"{}\" refused a device: {e}; choose another with --adapter", info.name))
+        })?;
+        Ok(Self { gpu: Gpu::new(device, queue), info })
+    }
+
+    /// Whether the adapter runs on the processor; its times compare only as ratios.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+}
+
+impl fmt::Debug for NativeGpu {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("NativeGpu").field("info", &self.info).finish_non_exhaustive()
+    }
+}
+
+/// Every adapter of this computer that can run the passes, best first.
+pub fn adapters() -> Vec<wgpu::AdapterInfo> {
+    let mut infos: Vec<_> = instance_adapters().iter().map(wgpu::Adapter::get_info).collect();
+    infos.sort_by_key(|info| preference(info.device_type));
+    infos
+}
+
+fn instance_adapters() -> Vec<wgpu::Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
+}
+
+fn preference(kind: wgpu::DeviceType) -> u8 {
+    match kind {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Cpu => 3,
+        wgpu::DeviceType::Other => 4,
+    }
+}
+
+fn missing(choice: &AdapterChoice, names: &[String]) -> String {
+    let install = "install a Vulkan driver (on Debian or Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)";
+    match (choice, names) {
+        (_, []) => format!("no Vulkan, Metal or DirectX 12 adapter was found: {install}"),
+        (AdapterChoice::Gpu, _) => format!("no GPU was found, only {}: use --adapter software", names.join(", ")),
+        (AdapterChoice::Software, _) => format!("no software adapter was found: {install}, or use --adapter gpu"),
+        (AdapterChoice::Named(name), _) => {
+            format!("no adapter is called \"{name}\": choose one of {}", names.join(", "))
+        }
+        (AdapterChoice::Any, _) => format!("no adapter can be used: {install}"),
+    }
+}

@@ -1,0 +1,124 @@
+//! Runs recorded frames and reads results back, waiting for the device.
+
+use std::time::Instant;
+
+use halflight_renderer::{Gpu, PassTime, Recording, View};
+
+use crate::{DeviceError, NativeGpu};
+
+/// Times of one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameTime {
+    /// Passes in order.
+    pub passes: Vec<PassTime>,
+    /// From submission until the device was done, by the computer's clock, milliseconds.
+    pub wall_milliseconds: f64,
+}
+
+/// How passes are timed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Timing {
+    /// By timestamps that the device writes around each pass, all passes in one submission.
+    Timestamps,
+    /// By the computer's clock, each pass submitted and waited for on its own: software adapters
+    /// write the timestamps of compute passes late, and some adapters write none.
+    Clock,
+}
+
+impl Timing {
+    /// The method that can be trusted on this device.
+    pub fn of(native: &NativeGpu) -> Self {
+        if native.is_software() || native.gpu.timestamp_period.is_none() { Self::Clock } else { Self::Timestamps }
+    }
+}
+
+/// Runs one frame and waits for it.
+///
+/// # Errors
+/// Where the device was lost.
+pub fn run_frame(gpu: &Gpu, recording: &Recording, view: &View, timing: Timing) -> Result<FrameTime, DeviceError> {
+    match timing {
+        Timing::Timestamps => run_whole(gpu, recording, view),
+        Timing::Clock => run_apart(gpu, recording, view),
+    }
+}
+
+fn run_whole(gpu: &Gpu, recording: &Recording, view: &View) -> Result<FrameTime, DeviceError> {
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+    recording.record(gpu, &mut encoder, view);
+    let commands = encoder.finish();
+    let start = Instant::now();
+    gpu.queue.submit([commands]);
+    wait(gpu)?;
+    let wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
+    let passes = match recording.timing_buffer() {
+        Some(buffer) => recording.pass_times(&map(gpu, buffer)?),
+        None => Vec::new(),
+    };
+    Ok(FrameTime { passes, wall_milliseconds })
+}
+
+fn run_apart(gpu: &Gpu, recording: &Recording, view: &View) -> Result<FrameTime, DeviceError> {
+    let commands = recording.record_apart(gpu, view);
+    let start = Instant::now();
+    let mut passes = Vec::with_capacity(commands.len());
+    for (planned, commands) in recording.plan().passes.iter().zip(commands) {
+        let begin = Instant::now();
+        gpu.queue.submit([commands]);
+        wait(gpu)?;
+        let milliseconds = begin.elapsed().as_secs_f64() * 1e3;
+        passes.push(PassTime { name: planned.name.clone(), part: planned.part, milliseconds });
+    }
+    Ok(FrameTime { passes, wall_milliseconds: start.elapsed().as_secs_f64() * 1e3 })
+}
+
+/// A texture's texels as bytes, rows packed without padding, one layer.
+///
+/// # Errors
+/// Where the device was lost.
+pub fn read_texture(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Vec<u8>, DeviceError> {
+    let texel = texture.format().block_copy_size(None).unwrap_or(4);
+    let row = texture.width() * texel;
+    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("texture to read"),
+        size: u64::from(padded) * u64::from(texture.height()),
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder =
+        gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read texture") });
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
+        },
+        wgpu::Extent3d { depth_or_array_layers: 1, ..texture.size() },
+    );
+    gpu.queue.submit([encoder.finish()]);
+    let bytes = map(gpu, &buffer)?;
+    Ok(bytes.chunks_exact(padded as usize).flat_map(|line| &line[..row as usize]).copied().collect())
+}
+
+/// A buffer's bytes; it must have the usage `MAP_READ`.
+///
+/// # Errors
+/// Where the device was lost.
+pub fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, DeviceError> {
+    let (sender, receiver) = std::sync::mpsc::channel();
+    buffer.map_async(wgpu::MapMode::Read, .., move |result| drop(sender.send(result)));
+    wait(gpu)?;
+    let lost =
+        || DeviceError::new("the device was lost while its results were read: run again, with --resume for a grid");
+    receiver.recv().map_err(|_| lost())?.map_err(|_| lost())?;
+    let bytes = buffer.get_mapped_range(..).map_err(|_| lost())?.to_vec();
+    buffer.unmap();
+    Ok(bytes)
+}
+
+fn wait(gpu: &Gpu) -> Result<(), DeviceError> {
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|e| {
+        DeviceError::new(format!("the device stopped answering ({e}): run again, with --resume for a grid"))
+    })
+}

@@ -1,0 +1,180 @@
+//! Truth on this computer: traced to the end, kept on disk, continued where an earlier run stopped.
+
+use std::{
+    cell::OnceCell,
+    time::{Duration, Instant},
+};
+
+use halflight_renderer::{
+    Gpu, SceneBuffers,
+    truth::{Progress, Request, State, Stop, Trace, Tracer, Truth, TruthError},
+};
+use halflight_scenes::{Camera, Light, Material, Mesh, Scene, Texture};
+
+use crate::cache::{Cache, Inputs, Key};
+
+/// Time between two copies of an unfinished trace on disk.
+const CHECKPOINT: Duration = Duration::from_secs(20);
+/// Raised when stored sums change their meaning.
+const FORMAT: u32 = 1;
+
+/// Traces one scene, through a cache where there is one. The BVH is built when the cache first lacks something.
+pub struct TruthSource<'a> {
+    gpu: &'a Gpu,
+    scene: &'a Scene,
+    cache: Option<Cache>,
+    tracer: OnceCell<Tracer>,
+    scene_inputs: OnceCell<Inputs>,
+}
+
+/// Truth and where it came from.
+#[derive(Clone, Debug)]
+pub struct Traced {
+    /// The images.
+    pub truth: Truth,
+    /// Relative error that was reached, over blocks of the request's `error_block`: [`Truth::rel_error`].
+    pub rel_error: f64,
+    /// Hash of the scene, the request and the shader.
+    pub inputs: Key,
+    /// Samples a pixel that came from the cache.
+    pub cached_samples: u32,
+    /// Rays traced now and the time that took, on the wall; 0 rays where all came from the cache.
+    pub traced: (u64, Duration),
+    /// What went wrong with the cache, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl<'a> TruthSource<'a> {
+    /// A source of truth for this scene.
+    pub fn new(gpu: &'a Gpu, scene: &'a Scene, cache: Option<Cache>) -> Self {
+        Self { gpu, scene, cache, tracer: OnceCell::new(), scene_inputs: OnceCell::new() }
+    }
+
+    /// Traces until the stop criterion holds. The cache may hold more samples than asked for; then they are all used.
+    /// `progress` is called after every batch, about ten times a second.
+    ///
+    /// # Errors
+    /// Where a value of the request is out of range, the scene or the image does not fit the device, or the device is
+    /// lost. A cache that fails is a warning.
+    pub fn trace(
+        &self,
+        request: &Request,
+        stop: Stop,
+        progress: &mut dyn FnMut(&Progress),
+    ) -> Result<Traced, TruthError> {
+        let inputs = self.key(request);
+        let mut warnings = Vec::new();
+        let stored = self.cache.as_ref().and_then(|cache| {
+            let bytes = cache.load("truth", &inputs).unwrap_or_else(|warning| {
+                warnings.push(warning);
+                None
+            })?;
+            State::from_bytes(&bytes, request).map_err(|error| warnings.push(error.to_string())).ok()
+        });
+        let cached_samples = stored.as_ref().map_or(0, State::samples);
+        if let Some(state) = &stored {
+            let truth = state.truth(request);
+            let rel_error = truth.rel_error(stop.error_block);
+            let precise = stop.rel_error.is_some_and(|target| rel_error <= target.into());
+            if cached_samples >= stop.samples_per_pixel || precise && cached_samples > 1 || !request.is_random() {
+                return Ok(Traced { truth, rel_error, inputs, cached_samples, traced: (0, Duration::ZERO), warnings });
+            }
+        }
+        let start = Instant::now();
+        let mut trace = self.tracer()?.start(self.gpu, request, stop)?;
+        let before = stored.as_ref().map_or(0, |state| state.truth(request).rays);
+        if let Some(state) = &stored {
+            trace.restore(self.gpu, state);
+        }
+        let mut save = |state: &State| {
+            let Some(cache) = &self.cache else { return };
+            if let Err(warning) = cache.store("truth", &inputs, &state.to_bytes())
+                && !warnings.contains(&warning)
+            {
+                warnings.push(warning);
+            }
+        };
+        let mut saved = Instant::now();
+        while !trace.is_finished() {
+            if trace.wants_reading() {
+                trace.judge(&self.read(&trace)?);
+            }
+            let batch = Instant::now();
+            if trace.submit(self.gpu) {
+                self.wait()?;
+                trace.pace(batch.elapsed());
+            }
+            progress(&trace.progress());
+            if saved.elapsed() > CHECKPOINT && trace.is_between_passes() {
+                save(&self.read(&trace)?);
+                saved = Instant::now();
+            }
+        }
+        let state = self.read(&trace)?;
+        save(&state);
+        let truth = state.truth(request);
+        let traced = (truth.rays - before, start.elapsed());
+        Ok(Traced { rel_error: truth.rel_error(stop.error_block), truth, inputs, cached_samples, traced, warnings })
+    }
+
+    fn tracer(&self) -> Result<&Tracer, TruthError> {
+        if self.tracer.get().is_none() {
+            let buffers = SceneBuffers::new(self.gpu, self.scene);
+            // Nobody else fills the cell: it is not shared between threads.
+            let _ = self.tracer.set(Tracer::new(self.gpu, self.scene, &buffers)?);
+        }
+        self.tracer.get().ok_or_else(|| TruthError("the scene could not be prepared; run again".into()))
+    }
+
+    fn wait(&self) -> Result<(), TruthError> {
+        let status = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
+        status.map(drop).map_err(|error| TruthError(format!("the device was lost while tracing ({error}); run again")))
+    }
+
+    fn read(&self, trace: &Trace) -> Result<State, TruthError> {
+        let reading = trace.read(self.gpu);
+        self.wait()?;
+        reading.take().ok_or_else(|| TruthError("the device was lost while tracing; run again".into()))
+    }
+
+    /// Hash of everything that the sums depend on: scene, request and shader.
+    fn key(&self, request: &Request) -> Key {
+        let mut inputs = self.scene_inputs.get_or_init(|| scene_inputs(self.scene)).clone();
+        // Destructured, so that a new field is not forgotten here.
+        let Request { camera, size, bounce1, bounces, on_screen, ambient_occlusion, seed } = request;
+        let Camera { eye, target, up, vertical_fov_degrees } = camera;
+        inputs.add(&[*eye, *target, *up]).add(&[*vertical_fov_degrees]).add(size);
+        inputs.add(&[u32::from(*bounce1), *bounces, u32::from(*on_screen), *seed]);
+        inputs.add(ambient_occlusion.as_slice()).add(halflight_renderer::truth::shader_source().as_bytes());
+        inputs.key()
+    }
+}
+
+fn scene_inputs(scene: &Scene) -> Inputs {
+    let mut inputs = Inputs::default();
+    inputs.add(&[FORMAT, scene.meshes.len() as u32, scene.materials.len() as u32, scene.textures.len() as u32]);
+    for Mesh { name: _, positions, normals, uvs, indices, material } in &scene.meshes {
+        inputs.add(positions).add(normals).add(uvs).add(indices).add(&[*material as u64]);
+    }
+    for material in &scene.materials {
+        let Material { name: _, albedo, albedo_texture, alpha_texture, emission, specular: _, phong_exponent: _ } =
+            material;
+        let textures = [albedo_texture, alpha_texture].map(|t| t.map_or(u64::MAX, |index| index as u64));
+        inputs.add(&[*albedo, *emission]).add(&textures);
+    }
+    for Texture { name: _, width, height, rgba } in &scene.textures {
+        inputs.add(&[*width, *height]).add(rgba);
+    }
+    for light in &scene.lights {
+        match *light {
+            Light::Directional { direction, irradiance } => inputs.add(&[direction, irradiance]),
+            Light::Point { position, intensity } => inputs.add(&[position, intensity]).add(&[0u32]),
+            Light::Spot { position, direction, intensity, half_angle_degrees, full_intensity_half_angle_degrees } => {
+                inputs
+                    .add(&[position, direction, intensity])
+                    .add(&[half_angle_degrees, full_intensity_half_angle_degrees])
+            }
+        };
+    }
+    inputs
+}

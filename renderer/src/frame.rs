@@ -1,0 +1,283 @@
+//! The plan of a whole frame of a scene: G-buffer, direct light, a technique, the final image.
+
+use halflight_scenes::{Scene, SceneNeeds};
+use wgpu::TextureFormat as Format;
+
+use crate::{
+    parameters,
+    parameters::{Settings, SettingsError},
+    plan::{FramePlan, Part, ResourceId},
+    shadow::{ShadowLayer, shadow_layers},
+    techniques::{Inputs, Technique},
+};
+
+parameters! {
+    /// How direct light is made.
+    pub struct DirectLight("direct") {
+        /// Width and height of each shadow map.
+        shadow_map_size: u32 = 4096, in 64..=8192, unit "px", grid [1024, 2048, 4096], role Plan;
+    }
+}
+
+/// Pixels that one invocation of `composite.wgsl` serves.
+const COMPOSITE_PIXELS: u32 = 4;
+
+/// Where the direct light of a frame comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DirectSource {
+    /// Lights and shadow maps.
+    #[default]
+    Rendered,
+    /// The caller gives a texture named `direct`, for example a path-traced one.
+    Given,
+}
+
+/// Facts about a scene that a plan starts from; no geometry and no device.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneFacts {
+    /// What the scene requires.
+    pub needs: SceneNeeds,
+    /// What its shadow maps look at.
+    pub shadow_layers: Vec<ShadowLayer>,
+    /// Near plane for its cameras, scene units.
+    pub near: f32,
+}
+
+impl SceneFacts {
+    /// Collects the facts.
+    pub fn of(scene: &Scene) -> Self {
+        let diagonal = scene.bounds().map_or(1.0, |(low, high)| (high - low).length());
+        // Reversed depth is as precise near the eye as far away, so the near plane may be close; it
+        // only has to stay clear of zero.
+        let near = (diagonal * 1e-4).max(f32::MIN_POSITIVE * 1e10);
+        Self { needs: SceneNeeds::of(scene), shadow_layers: shadow_layers(scene), near }
+    }
+}
+
+/// Plans a whole frame: `technique` with `settings` on a scene with these facts, at this size.
+///
+/// Outputs are `depth`, `normal`, `albedo`, `direct`, `final` and what the technique gives.
+///
+/// # Errors
+/// A setting that its declaration does not allow.
+pub fn plan_frame(
+    facts: &SceneFacts,
+    technique: &Technique,
+    settings: &Settings,
+    size: [u32; 2],
+    direct: DirectSource,
+) -> Result<FramePlan, SettingsError> {
+    let mut plan = plan_scene(facts, settings, size, direct)?;
+    let output = |name| plan.outputs[name];
+    let inputs = Inputs { depth: output("depth"), normal: output("normal"), direct: output("direct") };
+    let albedo = output("albedo");
+    plan_indirect(&mut plan, technique, settings, &inputs, albedo)?;
+    Ok(plan)
+}
+
+/// The part of a frame before any technique: G-buffer and direct light.
+///
+/// # Errors
+/// A setting that its declaration does not allow.
+pub fn plan_scene(
+    facts: &SceneFacts,
+    settings: &Settings,
+    size: [u32; 2],
+    direct: DirectSource,
+) -> Result<FramePlan, SettingsError> {
+    let mut plan = FramePlan::new(size);
+    let scene = SceneResources {
+        vertices: plan.external("scene.vertices", "the scene's geometry"),
+        materials: plan.external("scene.materials", "the scene's materials"),
+        texels: (facts.needs.textured || facts.needs.alpha_tested)
+            .then(|| plan.external("scene.texels", "materials with textures")),
+    };
+    let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct);
+    let direct = match direct {
+        DirectSource::Given => plan.external("direct", "direct light given by the caller"),
+        DirectSource::Rendered => {
+            let parameters = DirectLight::from_settings(settings)?;
+            plan_direct(&mut plan, facts, &scene, &gbuffer, &parameters)
+        }
+    };
+    let outputs =
+        [("depth", gbuffer.depth), ("normal", gbuffer.normal), ("albedo", gbuffer.albedo), ("direct", direct)];
+    plan.outputs.extend(outputs);
+    Ok(plan)
+}
+
+/// The part of a frame after direct light, on textures `depth`, `normal`, `direct` and `albedo` that
+/// the caller gives, whoever made them.
+///
+/// # Errors
+/// A setting that its declaration does not allow.
+pub fn plan_technique(technique: &Technique, settings: &Settings, size: [u32; 2]) -> Result<FramePlan, SettingsError> {
+    let mut plan = FramePlan::new(size);
+    let mut given = |name| plan.external(name, "given by the caller");
+    let inputs = Inputs { depth: given("depth"), normal: given("normal"), direct: given("direct") };
+    let albedo = given("albedo");
+    plan.outputs.extend([
+        ("depth", inputs.depth),
+        ("normal", inputs.normal),
+        ("albedo", albedo),
+        ("direct", inputs.direct),
+    ]);
+    plan_indirect(&mut plan, technique, settings, &inputs, albedo)?;
+    Ok(plan)
+}
+
+/// Adds a technique and the final image to a plan that already has depth, normal, direct light and
+/// albedo.
+///
+/// # Errors
+/// A setting that its declaration does not allow.
+pub fn plan_indirect(
+    plan: &mut FramePlan,
+    technique: &Technique,
+    settings: &Settings,
+    inputs: &Inputs,
+    albedo: ResourceId,
+) -> Result<(), SettingsError> {
+    let size = plan.display_size;
+    let Some(indirect) = (technique.plan)(plan, inputs, settings)? else {
+        // Without indirect light the direct image is the final one.
+        plan.outputs.insert("final", inputs.direct);
+        return Ok(());
+    };
+    // The final image is as precise as what it is made of.
+    let half = plan.resources[indirect.0].format() == Some(Format::Rgba16Float);
+    let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
+    let image = plan.texture("final", size, format, "the image to show");
+    plan.pass(Part::Technique, "composite", variant("composite/composite", &[("float16", half)]))
+        .bind("direct", inputs.direct)
+        .bind("albedo", albedo)
+        .bind("indirect", indirect)
+        .bind("final_image", image)
+        .because("final = direct + albedo * indirect")
+        .over([size[0].div_ceil(COMPOSITE_PIXELS), size[1]]);
+    plan.outputs.extend([("indirect", indirect), ("final", image)]);
+    Ok(())
+}
+
+struct SceneResources {
+    vertices: ResourceId,
+    materials: ResourceId,
+    texels: Option<ResourceId>,
+}
+
+struct GBuffer {
+    depth: ResourceId,
+    normal: ResourceId,
+    albedo: ResourceId,
+    material: Option<ResourceId>,
+}
+
+fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+pub(crate) fn variant(shader: &str, features: &[(&str, bool)]) -> String {
+    features.iter().filter(|(_, on)| *on).fold(shader.to_owned(), |name, (feature, _)| format!("{name}+{feature}"))
+}
+
+fn plan_gbuffer(plan: &mut FramePlan, needs: &SceneNeeds, scene: &SceneResources, direct: DirectSource) -> GBuffer {
+    let size = plan.display_size;
+    let depth = plan.texture("depth", size, Format::R32Float, "every technique reads it");
+    let normal = plan.texture("normal", size, Format::Rgba16Float, "every technique reads it");
+    let albedo = plan.texture("albedo", size, Format::Rgba8UnormSrgb, "reflects direct and indirect light");
+    let material = (needs.emitters && direct == DirectSource::Rendered)
+        .then(|| plan.texture("material", size, Format::R32Uint, "the scene has emitters, direct light looks them up"));
+    let depth_test = plan.texture("depth_test", size, crate::Gpu::DEPTH_FORMAT, "hidden surfaces");
+    let shader = variant(
+        "gbuffer/gbuffer",
+        &[("alpha_tested", needs.alpha_tested), ("textured", needs.textured), ("material_id", material.is_some())],
+    );
+    let mut pass = plan
+        .pass(Part::GBuffer, "gbuffer", shader)
+        .bind("vertices", scene.vertices)
+        .bind("materials", scene.materials)
+        .because("what the camera sees");
+    if let Some(texels) = scene.texels {
+        pass = pass.bind("texels", texels);
+    }
+    pass.draw([Some(depth), Some(normal), Some(albedo), material].into_iter().flatten().collect(), (depth_test, 0));
+    GBuffer { depth, normal, albedo, material }
+}
+
+fn plan_direct(
+    plan: &mut FramePlan,
+    facts: &SceneFacts,
+    scene: &SceneResources,
+    gbuffer: &GBuffer,
+    parameters: &DirectLight,
+) -> ResourceId {
+    let size = plan.display_size;
+    let layers = &facts.shadow_layers;
+    let lit = !layers.is_empty();
+    let shadow = lit.then(|| plan_shadows(plan, facts, scene, parameters.shadow_map_size));
+    let direct = plan.texture("direct", size, Format::Rgba32Float, "the source of indirect light");
+    let shader = variant("direct/direct_light", &[("lit", lit), ("emitters", gbuffer.material.is_some())]);
+    let needs = &facts.needs;
+    let lights = needs.directional_lights + needs.spot_lights + needs.point_lights;
+    let lights_buffer = lit.then(|| plan.external("scene.lights", "the scene's lights"));
+    let mut pass = plan
+        .pass(Part::Direct, "direct", shader)
+        .constants(&[("LIGHTS", lights as f64)])
+        .bind("depth", gbuffer.depth)
+        .bind("normal", gbuffer.normal)
+        .bind("direct", direct)
+        .because(format!("{}{}", counted(lights, "light"), if needs.emitters { " and emitters" } else { "" }));
+    if let (Some((maps, entries)), Some(buffer)) = (shadow, lights_buffer) {
+        pass = pass
+            .bind("albedo", gbuffer.albedo)
+            .bind("lights", buffer)
+            .bind("shadow_layers", entries)
+            .bind("shadow_maps", maps);
+    }
+    if let Some(material) = gbuffer.material {
+        pass = pass.bind("material", material).bind("materials", scene.materials);
+    }
+    pass.over(size);
+    direct
+}
+
+fn plan_shadows(
+    plan: &mut FramePlan,
+    facts: &SceneFacts,
+    scene: &SceneResources,
+    map_size: u32,
+) -> (ResourceId, ResourceId) {
+    let layers = &facts.shadow_layers;
+    let count = layers.len() as u32;
+    let maps = plan.texture_array(
+        "shadow_maps",
+        [map_size; 2],
+        count,
+        crate::Gpu::DEPTH_FORMAT,
+        counted(layers.len(), "shadow map"),
+    );
+    // Twin of `ShadowLayer` in direct_light.wgsl: a matrix, then the width of a texel.
+    let words: Vec<f32> = layers
+        .iter()
+        .flat_map(|layer| {
+            layer.world_to_clip.to_cols_array().into_iter().chain([layer.width / map_size as f32, 0.0, 0.0, 0.0])
+        })
+        .collect();
+    let entries = plan.data("shadow_layers", bytemuck::cast_slice(&words).to_vec(), "what the shadow maps look at");
+    for (index, layer) in layers.iter().enumerate() {
+        let mut pass = plan
+            .pass(
+                Part::Direct,
+                format!("shadow_{index}"),
+                variant("shadow/shadow_map", &[("alpha_tested", facts.needs.alpha_tested)]),
+            )
+            .param("world_to_clip", layer.world_to_clip)
+            .bind("vertices", scene.vertices)
+            .because("a light casts shadows");
+        if let (true, Some(texels)) = (facts.needs.alpha_tested, scene.texels) {
+            pass = pass.bind("materials", scene.materials).bind("texels", texels);
+        }
+        pass.draw(Vec::new(), (maps, index as u32));
+    }
+    (maps, entries)
+}

@@ -1,0 +1,25 @@
+//! One frame: needs and settings become a plan, the plan becomes recorded passes, the passes leave
+//! textures and timings.
+//!
+//! The crate knows wgpu and nothing of files, windows or reports; it compiles for
+//! `wasm32-unknown-unknown`.
+
+mod frame;
+mod gpu;
+pub mod parameters;
+pub mod plan;
+mod record;
+mod scene_buffers;
+mod shadow;
+pub mod techniques;
+pub mod truth;
+mod uniform;
+mod view;
+
+pub use frame::{DirectLight, DirectSource, SceneFacts, plan_frame, plan_indirect, plan_scene, plan_technique};
+pub use gpu::Gpu;
+pub use record::{Externals, PassTime, Recording};
+pub use scene_buffers::SceneBuffers;
+pub use shadow::ShadowLayer;
+pub use uniform::UniformValue;
+pub use view::View;

@@ -1,0 +1,281 @@
+//! The plan of a frame: passes and resources as plain data, each with the reason why it is there.
+
+use std::{collections::BTreeMap, fmt};
+
+use halflight_shared_shaders::BindingKind;
+use serde::Serialize;
+
+use crate::{gpu::known_shader, uniform::UniformValue};
+
+mod display;
+
+pub use display::bytes_in_words;
+
+/// A texture or buffer of a plan, by its place in [`FramePlan::resources`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct ResourceId(pub usize);
+
+/// What a resource is made of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum ResourceKind {
+    /// A 2D texture, or an array of them.
+    Texture {
+        /// Width and height, texels.
+        size: [u32; 2],
+        /// Array layers; 1 for a plain texture.
+        layers: u32,
+        /// Texel format.
+        #[serde(serialize_with = "as_debug")]
+        format: wgpu::TextureFormat,
+    },
+    /// A buffer filled once with these bytes.
+    Data {
+        /// Contents.
+        #[serde(skip)]
+        bytes: Vec<u8>,
+    },
+    /// Given by the caller: a texture of another program, a buffer of the scene.
+    External,
+}
+
+fn as_debug<S: serde::Serializer>(value: &impl fmt::Debug, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{value:?}"))
+}
+
+/// A texture or buffer that passes read or write.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Resource {
+    /// Unique name.
+    pub name: String,
+    /// What it is made of.
+    pub kind: ResourceKind,
+    /// Why the plan has it.
+    pub reason: String,
+}
+
+impl Resource {
+    /// Format of a texture.
+    pub fn format(&self) -> Option<wgpu::TextureFormat> {
+        if let ResourceKind::Texture { format, .. } = self.kind { Some(format) } else { None }
+    }
+
+    /// Bytes on the device; 0 for what the caller owns.
+    pub fn bytes(&self) -> u64 {
+        match &self.kind {
+            ResourceKind::Texture { size: [w, h], layers, format } => {
+                let texel = format.block_copy_size(None).unwrap_or(4);
+                u64::from(*w) * u64::from(*h) * u64::from(*layers) * u64::from(texel)
+            }
+            ResourceKind::Data { bytes } => bytes.len() as u64,
+            ResourceKind::External => 0,
+        }
+    }
+}
+
+/// Which part of a frame a pass belongs to; a technique's time counts only its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Part {
+    /// Depth, normals and materials of what the camera sees.
+    GBuffer,
+    /// Shadow maps and direct light.
+    Direct,
+    /// Everything that indirect light needs beyond those.
+    Technique,
+}
+
+/// What a pass runs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Work {
+    /// A compute shader over this many invocations.
+    Dispatch {
+        /// Entry point.
+        entry: &'static str,
+        /// Invocations along x and y.
+        size: [u32; 2],
+    },
+    /// The scene's triangles (entry points `vertex` and, where the shader has one, `fragment`).
+    Draw {
+        /// Colour targets, cleared to zero.
+        targets: Vec<ResourceId>,
+        /// Depth target and its layer, cleared to the far plane (0: depth is reversed).
+        depth: (ResourceId, u32),
+    },
+}
+
+/// One pass: reads as "SHADER over WORK, with these bindings, because REASON".
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Pass {
+    /// Unique name; timings and tables use it.
+    pub name: String,
+    /// Shader, by name.
+    pub shader: String,
+    /// Values of pipeline-overridable constants that the shader has.
+    pub constants: Vec<(&'static str, f64)>,
+    /// Resources by the name of the WGSL variable.
+    pub bindings: Vec<(&'static str, ResourceId)>,
+    /// Fields of the uniform block `params`.
+    pub params: Vec<(&'static str, UniformValue)>,
+    /// What runs.
+    pub work: Work,
+    /// Part of the frame.
+    pub part: Part,
+    /// Why the plan has it.
+    pub reason: String,
+}
+
+impl Pass {
+    /// Resources that the pass reads, then those that it writes.
+    pub fn reads_and_writes(&self) -> (Vec<ResourceId>, Vec<ResourceId>) {
+        let shader = known_shader(&self.shader);
+        let writes =
+            |name: &str| {
+                shader.entry_points.iter().flat_map(|entry| entry.bindings).filter(|b| b.name == name).any(|b| {
+                    matches!(b.kind, BindingKind::StorageTexture { .. } | BindingKind::Storage { writable: true })
+                })
+            };
+        let (written, read): (Vec<_>, Vec<_>) = self.bindings.iter().partition(|(name, _)| writes(name));
+        let mut written: Vec<_> = written.into_iter().map(|&(_, id)| id).collect();
+        if let Work::Draw { targets, depth } = &self.work {
+            written.extend(targets);
+            written.push(depth.0);
+        }
+        (read.into_iter().map(|&(_, id)| id).collect(), written)
+    }
+}
+
+/// Everything that a frame does, before any of it is recorded.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FramePlan {
+    /// Width and height of the display, pixels.
+    pub display_size: [u32; 2],
+    /// Textures and buffers.
+    pub resources: Vec<Resource>,
+    /// Passes in order.
+    pub passes: Vec<Pass>,
+    /// Results by name: `depth`, `normal`, `albedo`, `direct`, `indirect`, `final`...
+    pub outputs: BTreeMap<&'static str, ResourceId>,
+}
+
+impl FramePlan {
+    /// A plan without passes.
+    pub fn new(display_size: [u32; 2]) -> Self {
+        Self { display_size, ..Self::default() }
+    }
+
+    /// Adds a texture.
+    pub fn texture(
+        &mut self,
+        name: impl Into<String>,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+        reason: impl Into<String>,
+    ) -> ResourceId {
+        self.texture_array(name, size, 1, format, reason)
+    }
+
+    /// Adds an array of textures.
+    pub fn texture_array(
+        &mut self,
+        name: impl Into<String>,
+        size: [u32; 2],
+        layers: u32,
+        format: wgpu::TextureFormat,
+        reason: impl Into<String>,
+    ) -> ResourceId {
+        self.resource(name, ResourceKind::Texture { size, layers, format }, reason)
+    }
+
+    /// Adds a buffer with contents.
+    pub fn data(&mut self, name: impl Into<String>, bytes: Vec<u8>, reason: impl Into<String>) -> ResourceId {
+        self.resource(name, ResourceKind::Data { bytes }, reason)
+    }
+
+    /// Adds a resource that the caller will give under this name.
+    pub fn external(&mut self, name: impl Into<String>, reason: impl Into<String>) -> ResourceId {
+        self.resource(name, ResourceKind::External, reason)
+    }
+
+    fn resource(&mut self, name: impl Into<String>, kind: ResourceKind, reason: impl Into<String>) -> ResourceId {
+        self.resources.push(Resource { name: name.into(), kind, reason: reason.into() });
+        ResourceId(self.resources.len() - 1)
+    }
+
+    /// Begins a pass of this name that runs this shader; [`PassBuilder::over`] or
+    /// [`PassBuilder::draw`] adds it.
+    pub fn pass(&mut self, part: Part, name: impl Into<String>, shader: impl Into<String>) -> PassBuilder<'_> {
+        PassBuilder {
+            plan: self,
+            pass: Pass {
+                name: name.into(),
+                shader: shader.into(),
+                constants: Vec::new(),
+                bindings: Vec::new(),
+                params: Vec::new(),
+                work: Work::Dispatch { entry: "", size: [0, 0] },
+                part,
+                reason: String::new(),
+            },
+        }
+    }
+
+    /// The pass of this name.
+    pub fn find(&self, name: &str) -> Option<&Pass> {
+        self.passes.iter().find(|pass| pass.name == name)
+    }
+
+    /// Bytes of all resources that passes of the technique write.
+    pub fn technique_bytes(&self) -> u64 {
+        let mut written: Vec<ResourceId> =
+            self.passes.iter().filter(|p| p.part == Part::Technique).flat_map(|p| p.reads_and_writes().1).collect();
+        written.sort();
+        written.dedup();
+        written.iter().map(|id| self.resources[id.0].bytes()).sum()
+    }
+}
+
+/// A pass under construction.
+pub struct PassBuilder<'a> {
+    plan: &'a mut FramePlan,
+    pass: Pass,
+}
+
+impl PassBuilder<'_> {
+    /// Binds a resource to the WGSL variable of this name.
+    pub fn bind(mut self, variable: &'static str, resource: ResourceId) -> Self {
+        self.pass.bindings.push((variable, resource));
+        self
+    }
+
+    /// Sets a field of the uniform block `params`.
+    pub fn param(mut self, field: &'static str, value: impl Into<UniformValue>) -> Self {
+        self.pass.params.push((field, value.into()));
+        self
+    }
+
+    /// Sets those of the constants that the shader declares.
+    pub fn constants(mut self, constants: &[(&'static str, f64)]) -> Self {
+        let overrides = known_shader(&self.pass.shader).overrides;
+        self.pass.constants.extend(constants.iter().filter(|(name, _)| overrides.contains(name)));
+        self
+    }
+
+    /// Says why the pass is there.
+    pub fn because(mut self, reason: impl Into<String>) -> Self {
+        self.pass.reason = reason.into();
+        self
+    }
+
+    /// Adds the pass: its compute shader over this many invocations.
+    pub fn over(mut self, size: [u32; 2]) {
+        let entry = known_shader(&self.pass.shader).entry_points[0].name;
+        self.pass.work = Work::Dispatch { entry, size };
+        self.plan.passes.push(self.pass);
+    }
+
+    /// Adds the pass: the scene's triangles into these targets.
+    pub fn draw(mut self, targets: Vec<ResourceId>, depth: (ResourceId, u32)) {
+        self.pass.work = Work::Draw { targets, depth };
+        self.plan.passes.push(self.pass);
+    }
+}

@@ -1,0 +1,75 @@
+//! A plan as text, to read.
+
+use std::fmt;
+
+use super::{FramePlan, Part, Resource, ResourceId, ResourceKind};
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::GBuffer => "G-buffer",
+            Self::Direct => "Direct light",
+            Self::Technique => "Technique",
+        })
+    }
+}
+
+/// What a resource is made of: `1280x720 R32Float`, `data`, `given`.
+impl fmt::Display for ResourceKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&match self {
+            Self::Texture { size: [w, h], layers: 1, format } => format!("{w}x{h} {format:?}"),
+            Self::Texture { size: [w, h], layers, format } => format!("{w}x{h}x{layers} {format:?}"),
+            Self::Data { .. } => "data".into(),
+            Self::External => "given".into(),
+        })
+    }
+}
+
+/// A number of bytes with three digits, in powers of 1000.
+pub fn bytes_in_words(bytes: u64) -> String {
+    match bytes {
+        0..1_000 => format!("{bytes} B"),
+        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        _ => format!("{:.2} MB", bytes as f64 / 1e6),
+    }
+}
+
+/// Passes under the part of the frame that they belong to, then resources with their bytes; the reason beside each.
+impl fmt::Display for FramePlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names =
+            |ids: &[ResourceId]| ids.iter().map(|id| self.resources[id.0].name.as_str()).collect::<Vec<_>>().join(", ");
+        let [w, h] = self.display_size;
+        let total: u64 = self.resources.iter().map(Resource::bytes).sum();
+        let (total, technique) = (bytes_in_words(total), bytes_in_words(self.technique_bytes()));
+        writeln!(
+            f,
+            "Frame of {w}x{h} pixels: {} passes, {total}, of which the technique {technique}",
+            self.passes.len()
+        )?;
+        let width = |lengths: &mut dyn Iterator<Item = usize>| lengths.max().unwrap_or_default();
+        let name = width(&mut self.passes.iter().map(|pass| pass.name.len()));
+        let reason = width(&mut self.passes.iter().map(|pass| pass.reason.len()));
+        let mut part = None;
+        for (index, pass) in self.passes.iter().enumerate() {
+            if part.replace(pass.part) != Some(pass.part) {
+                writeln!(f, "\n{}", pass.part)?;
+            }
+            let (reads, writes) = pass.reads_and_writes();
+            writeln!(f, "{:>4}  {:<name$}  {:<reason$}  {}", index + 1, pass.name, pass.reason, pass.shader)?;
+            writeln!(f, "      {:name$}  {} -> {}", "", names(&reads), names(&writes))?;
+        }
+        writeln!(f, "\nTextures and buffers")?;
+        let name = width(&mut self.resources.iter().map(|resource| resource.name.len()));
+        let kind = width(&mut self.resources.iter().map(|resource| resource.kind.to_string().len()));
+        for resource in &self.resources {
+            let bytes = match resource.kind {
+                ResourceKind::External => String::new(),
+                _ => bytes_in_words(resource.bytes()),
+            };
+            writeln!(f, "      {:<name$}  {:<kind$}  {bytes:>9}  {}", resource.name, resource.kind, resource.reason)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,221 @@
+//! The scene on the device. Layouts are those of `common/scene.wgsl`.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, vec2};
+use halflight_scenes::{Light, Scene, Texture};
+use wgpu::util::DeviceExt;
+
+use crate::Gpu;
+
+/// Twin of `Vertex` in `common/scene.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Vertex {
+    position: [f32; 3],
+    material: u32,
+    uv: [f32; 2],
+    normal: u32,
+    unused: u32,
+}
+
+/// Twin of `Material` in `common/scene.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Material {
+    albedo: [f32; 3],
+    albedo_texture: u32,
+    emission: [f32; 3],
+    alpha_texture: u32,
+    specular: [f32; 3],
+    phong_exponent: f32,
+}
+
+/// Twin of `Light` in `common/scene.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct GpuLight {
+    pub(crate) vector: [f32; 3],
+    pub(crate) kind: u32,
+    pub(crate) intensity: [f32; 3],
+    pub(crate) shadow_layer: u32,
+    pub(crate) axis: [f32; 3],
+    pub(crate) half_angle: f32,
+    pub(crate) full_intensity_half_angle: f32,
+    pub(crate) shadow_faces: u32,
+    pub(crate) unused: [f32; 2],
+}
+
+const NO_TEXTURE: u32 = u32::MAX;
+
+/// Buffers that hold a scene: geometry, materials, textures and lights. Every buffer has at least
+/// one element, so an empty scene binds like any other.
+pub struct SceneBuffers {
+    /// `array<Vertex>`, world space.
+    pub vertices: wgpu::Buffer,
+    /// `array<u32>`, three a triangle; also bound as index buffer.
+    pub indices: wgpu::Buffer,
+    /// `array<Material>`.
+    pub materials: wgpu::Buffer,
+    /// `array<u32>`: for each texture width, height and its texels.
+    pub texels: wgpu::Buffer,
+    /// `array<Light>`.
+    pub lights: wgpu::Buffer,
+    /// Number of indices; 0 for an empty scene.
+    pub index_count: u32,
+    /// Number of lights; 0 for an unlit scene.
+    pub light_count: u32,
+}
+
+impl SceneBuffers {
+    /// Uploads a scene.
+    pub fn new(gpu: &Gpu, scene: &Scene) -> Self {
+        let (vertices, indices) = geometry(scene);
+        let (starts, texels) = texel_pool(&scene.textures);
+        let texture = |index: Option<usize>| index.map_or(NO_TEXTURE, |index| starts[index]);
+        let materials: Vec<Material> = scene
+            .materials
+            .iter()
+            .map(|m| Material {
+                albedo: m.albedo,
+                albedo_texture: texture(m.albedo_texture),
+                emission: m.emission,
+                alpha_texture: texture(m.alpha_texture),
+                specular: m.specular,
+                phong_exponent: m.phong_exponent,
+            })
+            .collect();
+        let lights = lights(&scene.lights);
+        let storage = |label, bytes: &[u8], size: usize, usage| {
+            let empty = vec![0u8; size];
+            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(label),
+                contents: if bytes.is_empty() { &empty } else { bytes },
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | usage,
+            })
+        };
+        use bytemuck::cast_slice;
+        let none = wgpu::BufferUsages::empty();
+        Self {
+            vertices: storage("scene.vertices", cast_slice(&vertices), size_of::<Vertex>(), none),
+            indices: storage("scene.indices", cast_slice(&indices), 4, wgpu::BufferUsages::INDEX),
+            materials: storage("scene.materials", cast_slice(&materials), size_of::<Material>(), none),
+            texels: storage("scene.texels", cast_slice(&texels), 4, none),
+            lights: storage("scene.lights", cast_slice(&lights), size_of::<GpuLight>(), none),
+            index_count: indices.len() as u32,
+            light_count: lights.len() as u32,
+        }
+    }
+
+    /// The buffer that a plan calls by this name, for example `scene.vertices`.
+    pub(crate) fn by_name(&self, name: &str) -> Option<&wgpu::Buffer> {
+        match name.strip_prefix("scene.")? {
+            "vertices" => Some(&self.vertices),
+            "materials" => Some(&self.materials),
+            "texels" => Some(&self.texels),
+            "lights" => Some(&self.lights),
+            _ => None,
+        }
+    }
+
+    /// Bytes held on the device.
+    pub fn bytes(&self) -> u64 {
+        [&self.vertices, &self.indices, &self.materials, &self.texels, &self.lights].iter().map(|b| b.size()).sum()
+    }
+}
+
+fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>) {
+    let mut vertices = Vec::new();
+    let mut indices = Vec::new();
+    for mesh in &scene.meshes {
+        let first = vertices.len() as u32;
+        vertices.extend(mesh.positions.iter().zip(&mesh.normals).zip(&mesh.uvs).map(|((&position, &normal), &uv)| {
+            Vertex { position, material: mesh.material as u32, uv, normal: pack_normal(normal), unused: 0 }
+        }));
+        indices.extend(mesh.indices.iter().map(|index| first + index));
+    }
+    (vertices, indices)
+}
+
+/// Octahedral map to two signed 16-bit numbers, as `octahedral_encode` and `pack2x16snorm` do.
+fn pack_normal(normal: [f32; 3]) -> u32 {
+    let n = Vec3::from(normal);
+    let n = n / n.abs().element_sum().max(f32::MIN_POSITIVE);
+    let mut p = vec2(n.x, n.y);
+    if n.z < 0.0 {
+        let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
+        p = vec2((1.0 - n.y.abs()) * sign(n.x), (1.0 - n.x.abs()) * sign(n.y));
+    }
+    let snorm = |v: f32| ((v.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16) as u32;
+    snorm(p.x) | snorm(p.y) << 16
+}
+
+/// Every texture in one array of words; returns where each one starts.
+fn texel_pool(textures: &[Texture]) -> (Vec<u32>, Vec<u32>) {
+    // Square root of the linear value, in 10 bits, for each sRGB code.
+    let root: [u32; 256] = std::array::from_fn(|code| {
+        let v = code as f32 / 255.0;
+        let linear = if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+        (linear.sqrt() * 1023.0).round() as u32
+    });
+    let mut words = Vec::new();
+    let starts = textures
+        .iter()
+        .map(|texture| {
+            let start = words.len() as u32;
+            words.extend([texture.width, texture.height]);
+            words.extend(texture.rgba.as_chunks::<4>().0.iter().map(|&[r, g, b, a]| {
+                let alpha = if a >= 128 { 3 } else { 0 };
+                root[r as usize] | root[g as usize] << 10 | root[b as usize] << 20 | alpha << 30
+            }));
+            start
+        })
+        .collect();
+    (starts, words)
+}
+
+/// A spot wider than this (half angle, degrees) gets six faces: a single projection would spend its
+/// texels on the rim.
+const WIDE_SPOT_DEGREES: f32 = 60.0;
+
+/// Layers of the shadow map that a light needs.
+pub(crate) fn shadow_faces(light: &Light) -> u32 {
+    match light {
+        Light::Point { .. } => 6,
+        Light::Spot { half_angle_degrees, .. } if *half_angle_degrees > WIDE_SPOT_DEGREES => 6,
+        Light::Spot { .. } | Light::Directional { .. } => 1,
+    }
+}
+
+fn lights(lights: &[Light]) -> Vec<GpuLight> {
+    let unit = |v: [f32; 3]| Vec3::from(v).normalize_or(Vec3::NEG_Y).to_array();
+    let mut layer = 0;
+    lights
+        .iter()
+        .map(|light| {
+            let shadow_faces = shadow_faces(light);
+            let mut twin = GpuLight { shadow_layer: layer, shadow_faces, ..GpuLight::zeroed() };
+            layer += shadow_faces;
+            match *light {
+                Light::Directional { direction, irradiance } => {
+                    (twin.vector, twin.kind, twin.intensity) = (unit(direction), 0, irradiance);
+                }
+                Light::Point { position, intensity } => {
+                    (twin.vector, twin.kind, twin.intensity) = (position, 1, intensity);
+                }
+                Light::Spot {
+                    position,
+                    direction,
+                    intensity,
+                    half_angle_degrees,
+                    full_intensity_half_angle_degrees,
+                } => {
+                    (twin.vector, twin.kind, twin.intensity) = (position, 2, intensity);
+                    twin.axis = unit(direction);
+                    twin.half_angle = half_angle_degrees.to_radians();
+                    twin.full_intensity_half_angle = full_intensity_half_angle_degrees.to_radians();
+                }
+            }
+            twin
+        })
+        .collect()
+}

@@ -1,0 +1,355 @@
+//! Hierarchical screen-space indirect illumination (Soler et al. 2009): a pyramid of surfels, one
+//! gather per level, and a joint bilateral filter that brings the levels together.
+
+use wgpu::TextureFormat as Format;
+
+use super::{Inputs, Technique};
+use crate::{
+    choice,
+    frame::variant,
+    parameters,
+    parameters::{Settings, SettingsError},
+    plan::{FramePlan, Part, ResourceId},
+};
+
+choice! {
+    /// Form factor between receiver and source.
+    pub enum FormFactor {
+        /// Point to differential area (Equation 3): unbounded where surfaces meet.
+        PointToPoint = "eq3",
+        /// Point to disc (Equation 4): bounded.
+        PointToDisc = "eq4",
+    }
+}
+
+choice! {
+    /// The disc whose area enters the form factor.
+    pub enum DiscArea {
+        /// All the area that a sample stands for, as published: bounded, and darker with fewer samples.
+        Sample = "sample",
+        /// One texel of the level, counted as often as the sample stands for texels: a mean that does not depend on the number of samples.
+        Texel = "texel",
+    }
+}
+
+choice! {
+    /// Which child a texel of the pyramid keeps.
+    pub enum PyramidFilter {
+        /// The one closest to the eye (2009).
+        Nearest = "nearest",
+        /// The one that most of its neighbours agree with (2010, Equation 5).
+        Vote = "vote",
+    }
+}
+
+choice! {
+    /// Radii of the ring that a level samples.
+    pub enum Ring {
+        /// From r to 2 r (2009).
+        Outer = "2009",
+        /// From r / 2 to r (2010).
+        Inner = "2010",
+    }
+}
+
+choice! {
+    /// Resolution of level 0, relative to the display.
+    pub enum StartResolution {
+        /// Every pixel.
+        Full = "full",
+        /// Half of width and height.
+        Half = "half",
+        /// A quarter of width and height.
+        Quarter = "quarter",
+    }
+}
+
+choice! {
+    /// Kernel of the joint bilateral upsampling.
+    pub enum UpsamplingKernel {
+        /// The texel that holds the pixel.
+        Nearest = "nearest",
+        /// 2x2, bilinear.
+        Linear = "linear",
+        /// 3x3, quadratic B-spline.
+        Spline = "spline",
+    }
+}
+
+choice! {
+    /// Storage of the images at full resolution.
+    pub enum Storage {
+        /// Half the bytes; relative error 5e-4, values over 65,504 are clamped.
+        Float16 = "float16",
+        /// Nothing is lost.
+        Float32 = "float32",
+    }
+}
+
+choice! {
+    /// Levels that gather; the others are left out, to see what each one contributes (2009, Figure 4).
+    pub enum OnlyLevel {
+        /// All levels.
+        All = "all",
+        /// Level 0 alone.
+        L0 = "0",
+        /// Level 1 alone.
+        L1 = "1",
+        /// Level 2 alone.
+        L2 = "2",
+        /// Level 3 alone.
+        L3 = "3",
+        /// Level 4 alone.
+        L4 = "4",
+        /// Level 5 alone.
+        L5 = "5",
+        /// Level 6 alone.
+        L6 = "6",
+        /// Level 7 alone.
+        L7 = "7",
+    }
+}
+
+impl StartResolution {
+    /// Width of a texel of level 0 in pixels of the display.
+    pub fn divisor(self) -> u32 {
+        1 << self as u32
+    }
+}
+
+parameters! {
+    /// Parameters of the hierarchical gather.
+    pub struct Hierarchical("hierarchical") {
+        /// Resolution of level 0: the cost of the gather falls with its square, detail of nearby light with it.
+        start_resolution: StartResolution = StartResolution::Quarter, unit "",
+        grid [StartResolution::Half, StartResolution::Quarter], role Plan;
+        /// Number of levels, each half as fine as the one before; more levels reach farther at almost no cost.
+        levels: u32 = 4, in 1..=8, unit "1", grid [4, 5], role Plan;
+        /// Samples per texel and level: noise falls with its square root, cost rises with it.
+        samples: u32 = 64, in 1..=1024, unit "1", grid [16, 64, 256], role Override("SAMPLES");
+        /// Radius r of the ring, in texels of the current level; 0 takes the smallest that covers the screen.
+        radius: f32 = 0.0, in 0.0..=16384.0, unit "texels", grid [0.0, 20.0, 40.0], role Uniform;
+        /// Radii of the ring: 2009 from r to 2 r, 2010 from r / 2 to r; level 0 samples the whole disc.
+        ring: Ring = Ring::Inner, unit "", grid [Ring::Inner, Ring::Outer], role Uniform;
+        /// Form factor: eq3 between points, unbounded; eq4 from point to disc.
+        form_factor: FormFactor = FormFactor::PointToDisc, unit "",
+        grid [FormFactor::PointToPoint, FormFactor::PointToDisc], role Override("POINT_TO_DISC");
+        /// Disc of the form factor: sample, as published, loses light with few samples but is bounded; texel keeps the mean at several times the noise.
+        disc_area: DiscArea = DiscArea::Sample, unit "", grid [DiscArea::Sample, DiscArea::Texel], role Uniform;
+        /// Child that a texel of the pyramid keeps: nearest to the eye (2009) or by vote (2010).
+        pyramid_filter: PyramidFilter = PyramidFilter::Nearest, unit "",
+        grid [PyramidFilter::Nearest, PyramidFilter::Vote], role Override("VOTE");
+        /// Kernel that brings a level to the next finer one and to the display.
+        upsampling_kernel: UpsamplingKernel = UpsamplingKernel::Spline, unit "",
+        grid [UpsamplingKernel::Spline], role Override("KERNEL");
+        /// Storage of the indirect and final image: float16 has half the bytes and clamps at 65,504.
+        storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
+        /// Gather one level only and leave the others black.
+        only_level: OnlyLevel = OnlyLevel::All, unit "", grid [OnlyLevel::All], role Plan;
+    }
+}
+
+/// See the module.
+pub const TECHNIQUE: Technique = Technique {
+    name: Hierarchical::TECHNIQUE,
+    summary: "hierarchical screen-space indirect illumination (Soler et al. 2009)",
+    parameters: Hierarchical::parameters,
+    complete: |settings| Ok(Hierarchical::from_settings(settings)?.to_settings()),
+    plan,
+};
+
+/// One level of the pyramid.
+struct Level {
+    size: [u32; 2],
+    /// Width of a texel in full-resolution pixels.
+    scale: u32,
+    surfels: ResourceId,
+}
+
+/// Radii, inner and outer, of the ring of a level, in its texels.
+pub fn ring_radii(ring: Ring, radius: f32, level: u32) -> [f32; 2] {
+    let [inner, outer] = match ring {
+        Ring::Inner => [0.5 * radius, radius],
+        Ring::Outer => [radius, 2.0 * radius],
+    };
+    if level == 0 { [0.0, outer] } else { [inner, outer] }
+}
+
+/// The smallest radius whose rings cover the screen from any pixel of it: the outermost ring reaches
+/// as far as the diagonal of level 0.
+pub fn covering_radius(ring: Ring, levels: u32, size: [u32; 2]) -> f32 {
+    let diagonal = (size[0] as f32).hypot(size[1] as f32);
+    let outermost = diagonal / (1u32 << (levels - 1)) as f32;
+    match ring {
+        Ring::Inner => outermost,
+        Ring::Outer => 0.5 * outermost,
+    }
+}
+
+fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
+    let parameters = Hierarchical::from_settings(settings)?;
+    let only = match parameters.only_level {
+        OnlyLevel::All => None,
+        level => Some(level as u32 - 1),
+    };
+    if let Some(level) = only.filter(|&level| level >= parameters.levels) {
+        let message =
+            format!("hierarchical.only_level = {level} does not exist: there are {} levels, from 0", parameters.levels);
+        return Err(SettingsError(message));
+    }
+    // Levels coarser than the only one wanted have nothing to add.
+    let levels = plan_pyramid(plan, inputs, &parameters, only.unwrap_or(parameters.levels - 1));
+    let mut gathered = Vec::new();
+    for (k, level) in levels.iter().enumerate() {
+        let wanted = only.is_none_or(|only| only == k as u32);
+        gathered.push(wanted.then(|| plan_gather(plan, &parameters, k as u32, level, levels[0].size)));
+    }
+    // Coarsest first.
+    let mut indirect = None;
+    for (k, level) in levels.iter().enumerate().rev() {
+        let own = gathered[k];
+        indirect = match (indirect, own) {
+            (None, own) => own.map(|own| (k, own)),
+            (Some((coarse, light)), own) => {
+                let combined = plan.texture(
+                    format!("combined_{k}"),
+                    level.size,
+                    Format::Rgba32Float,
+                    "light of this level and all coarser ones",
+                );
+                upsample(
+                    plan,
+                    &parameters,
+                    Part::Technique,
+                    format!("combine_{k}"),
+                    "hierarchical/upsample",
+                    &levels[coarse],
+                    level.scale,
+                )
+                .constants(&[("GATHERED", f64::from(u8::from(own.is_some())))])
+                .bind("coarse_indirect", light)
+                .bind("surfels", level.surfels)
+                // A level that gathered nothing binds any texture of the right kind; it is not read.
+                .bind("gathered", own.unwrap_or(light))
+                .bind("indirect", combined)
+                .because(format!("adds the light of level {coarse} to level {k}"))
+                .over(levels[coarse].size);
+                Some((k, combined))
+            }
+        };
+    }
+    let Some((0, light)) = indirect else { return Ok(None) };
+    if levels[0].scale == 1 {
+        return Ok(Some(light));
+    }
+    let size = plan.display_size;
+    let half = parameters.storage == Storage::Float16;
+    let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
+    let display = plan.texture("indirect", size, format, "indirect light at full resolution");
+    let shader = variant("hierarchical/upsample", &[("to_display", true), ("float16", half)]);
+    upsample(plan, &parameters, Part::Technique, "upsample".into(), &shader, &levels[0], 1)
+        .bind("coarse_indirect", light)
+        .bind("depth", inputs.depth)
+        .bind("normal", inputs.normal)
+        .bind("indirect", display)
+        .because("the gather starts below full resolution")
+        .over(levels[0].size);
+    Ok(Some(display))
+}
+
+fn plan_pyramid(plan: &mut FramePlan, inputs: &Inputs, parameters: &Hierarchical, last: u32) -> Vec<Level> {
+    let divisor = parameters.start_resolution.divisor();
+    let mut levels: Vec<Level> = Vec::new();
+    // The finest step reads the G-buffer; every further one halves the one before. A start below half
+    // resolution passes through intermediate steps that are not levels of the gather.
+    let finest = divisor.min(2);
+    let coarsest = divisor << last;
+    let mut scale = finest;
+    while scale <= coarsest {
+        let size = plan.display_size.map(|v| v.div_ceil(scale));
+        let surfels = plan.texture(
+            format!("surfels_{scale}"),
+            size,
+            Format::Rgba32Uint,
+            format!("surfaces in squares of {scale} pixels"),
+        );
+        let name = format!("pyramid_{scale}");
+        let pass = match levels.last() {
+            None if scale == 1 => plan
+                .pass(Part::Technique, name, "hierarchical/pack")
+                .bind("depth", inputs.depth)
+                .bind("normal", inputs.normal)
+                .bind("direct", inputs.direct),
+            None => plan
+                .pass(Part::Technique, name, "hierarchical/pyramid+from_gbuffer")
+                .param("child_scale", 1.0)
+                .bind("depth", inputs.depth)
+                .bind("normal", inputs.normal)
+                .bind("direct", inputs.direct),
+            Some(finer) => plan
+                .pass(Part::Technique, name, "hierarchical/pyramid")
+                .param("child_scale", finer.scale as f32)
+                .bind("children", finer.surfels),
+        };
+        pass.constants(&parameters.constants())
+            .bind("surfels", surfels)
+            .because(if scale < divisor { "leads to the start resolution" } else { "a level of the gather" })
+            .over(size);
+        levels.push(Level { size, scale, surfels });
+        scale *= 2;
+    }
+    levels.retain(|level| level.scale >= divisor);
+    levels
+}
+
+fn plan_gather(plan: &mut FramePlan, parameters: &Hierarchical, k: u32, level: &Level, start: [u32; 2]) -> ResourceId {
+    let radius = if parameters.radius > 0.0 {
+        parameters.radius
+    } else {
+        covering_radius(parameters.ring, parameters.levels, start)
+    };
+    let [inner, outer] = ring_radii(parameters.ring, radius, k);
+    // Texels that one sample stands for: its share of the ring.
+    let texels = std::f32::consts::PI * (outer * outer - inner * inner) / parameters.samples as f32;
+    let texel_area = (level.scale * level.scale) as f32;
+    let (disc_area, discs) = match parameters.disc_area {
+        DiscArea::Sample => (texels * texel_area, 1.0),
+        DiscArea::Texel => (texel_area, texels),
+    };
+    let gathered = plan.texture(
+        format!("gathered_{k}"),
+        level.size,
+        Format::Rgba32Float,
+        "light that the ring of this level sends",
+    );
+    plan.pass(Part::Technique, format!("gather_{k}"), "hierarchical/gather")
+        .constants(&parameters.constants())
+        .param("scale", level.scale as f32)
+        .param("inner_square", inner * inner)
+        .param("outer_square", outer * outer)
+        .param("disc_area", disc_area)
+        .param("discs", discs)
+        .param("level", k)
+        .bind("surfels", level.surfels)
+        .bind("gathered", gathered)
+        .because(format!("ring of {inner:.1} to {outer:.1} texels of {0}x{0} pixels", level.scale))
+        .over(level.size);
+    gathered
+}
+
+fn upsample<'a>(
+    plan: &'a mut FramePlan,
+    parameters: &Hierarchical,
+    part: Part,
+    name: String,
+    shader: &str,
+    coarse: &Level,
+    fine_scale: u32,
+) -> crate::plan::PassBuilder<'a> {
+    plan.pass(part, name, shader)
+        .constants(&parameters.constants())
+        .constants(&[("CHILDREN", f64::from(coarse.scale / fine_scale))])
+        .param("fine_scale", fine_scale as f32)
+        .param("coarse_scale", coarse.scale as f32)
+        .bind("coarse_surfels", coarse.surfels)
+}

@@ -1,0 +1,69 @@
+//! The techniques: each is one module here and one WGSL folder, and a line in [`TECHNIQUES`].
+
+pub use crate::parameters::SettingsError;
+use crate::{
+    DirectLight,
+    parameters::{Parameter, Settings},
+    plan::{FramePlan, ResourceId},
+};
+
+pub mod exhaustive;
+pub mod hierarchical;
+
+/// What a technique reads, all at full resolution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inputs {
+    /// Planar view depth, 0 where there is no surface.
+    pub depth: ResourceId,
+    /// View-space unit normal facing the eye.
+    pub normal: ResourceId,
+    /// Radiance after direct light.
+    pub direct: ResourceId,
+}
+
+/// A way to find indirect light.
+#[derive(Clone, Copy, Debug)]
+pub struct Technique {
+    /// Name in files and tables.
+    pub name: &'static str,
+    /// What it is, in one sentence.
+    pub summary: &'static str,
+    /// Its parameters.
+    pub parameters: fn() -> Vec<Parameter>,
+    /// Fills in defaults and checks values; settings of other techniques are left out.
+    pub complete: fn(&Settings) -> Result<Settings, SettingsError>,
+    /// Appends passes that turn the inputs into `indirect`, which it returns.
+    pub plan: fn(&mut FramePlan, &Inputs, &Settings) -> Result<Option<ResourceId>, SettingsError>,
+}
+
+/// Every technique.
+pub static TECHNIQUES: &[Technique] = &[hierarchical::TECHNIQUE, exhaustive::TECHNIQUE, NONE];
+
+/// No indirect light at all: what every technique has to beat.
+const NONE: Technique = Technique {
+    name: "none",
+    summary: "no indirect light: the error that every technique starts from",
+    parameters: Vec::new,
+    complete: |_| Ok(Settings::new()),
+    plan: |_, _, _| Ok(None),
+};
+
+/// The technique of this name.
+///
+/// # Errors
+/// One sentence that suggests the nearest name.
+pub fn technique(name: &str) -> Result<&'static Technique, SettingsError> {
+    TECHNIQUES.iter().find(|technique| technique.name == name).ok_or_else(|| {
+        let names: Vec<&str> = TECHNIQUES.iter().map(|technique| technique.name).collect();
+        let hint = halflight_scenes::nearest_name(name, names.iter().copied())
+            .map_or(String::new(), |near| format!("did you mean {near}? "));
+        SettingsError(format!("no technique is called \"{name}\": {hint}choose one of {}", names.join(", ")))
+    })
+}
+
+/// Every parameter that takes effect with a technique: its own and those of direct light.
+pub fn parameters_of(technique: &Technique) -> Vec<Parameter> {
+    let mut all = (technique.parameters)();
+    all.extend(DirectLight::parameters());
+    all
+}

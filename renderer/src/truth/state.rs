@@ -1,0 +1,207 @@
+//! What was read back: raw sums, and the images they stand for.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{Request, TruthError, request::Layout};
+
+/// Twin of `PrimarySurface` in `truth/path_trace.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(super) struct PrimarySurface {
+    position: [f32; 3],
+    depth: f32,
+    normal: [f32; 3],
+    geometric_normal: u32,
+    albedo: [f32; 3],
+    rays: u32,
+    direct: [f32; 3],
+    unused: u32,
+}
+
+/// Everything that a trace has gathered so far. It can be stored ([`State::to_bytes`]) and continued
+/// ([`super::Trace::restore`]).
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    pub(super) samples: u32,
+    /// The power of two that radiance was multiplied by.
+    pub(super) scale: f32,
+    pub(super) surfaces: Vec<PrimarySurface>,
+    pub(super) sums: Vec<f32>,
+}
+
+/// A mean image and its standard error (the standard deviation of the mean over repeated traces).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Estimate<T> {
+    /// One value a pixel, rows from the top.
+    pub mean: Vec<T>,
+    /// Of each value. After a single sample nothing is known of it and it equals the mean.
+    pub standard_error: Vec<T>,
+}
+
+/// Truth: images, rows from the top, linear float32; pixels without a surface are zero.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Truth {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Rays traced, shadow rays included.
+    pub rays: u64,
+    /// Planar view depth, scene units; 0 where there is no surface.
+    pub depth: Vec<f32>,
+    /// World position.
+    pub position: Vec<[f32; 3]>,
+    /// Unit shading normal, world space, facing the eye.
+    pub normal: Vec<[f32; 3]>,
+    /// Diffuse reflectance.
+    pub albedo: Vec<[f32; 3]>,
+    /// Radiance after direct lighting, emission included. Pixel centres and delta lights leave nothing to chance: its
+    /// standard error is 0.
+    pub direct: Vec<[f32; 3]>,
+    /// First bounce, incident (albedo not included).
+    pub bounce1: Option<Estimate<[f32; 3]>>,
+    /// Sum of the asked number of bounces, incident (albedo not included).
+    pub indirect: Option<Estimate<[f32; 3]>>,
+    /// The part of the first bounce whose source the eye sees, inside the image and on the side that shines.
+    pub on_screen: Option<Estimate<[f32; 3]>>,
+    /// Openness, cosine-weighted, 0..1.
+    pub ambient_occlusion: Option<Estimate<f32>>,
+}
+
+const MAGIC: [u8; 8] = *b"HLTRUTH1";
+
+impl State {
+    /// Samples a pixel.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// The state in bytes, little-endian. It does not say what was asked for: keep it with its [`Request`].
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let counts = [self.samples, self.scale.to_bits(), self.surfaces.len() as u32, self.sums.len() as u32];
+        [&MAGIC, bytemuck::cast_slice(&counts), bytemuck::cast_slice(&self.surfaces), bytemuck::cast_slice(&self.sums)]
+            .concat()
+    }
+
+    /// The state of these bytes.
+    ///
+    /// # Errors
+    /// Where the bytes are no state of this request.
+    pub fn from_bytes(bytes: &[u8], request: &Request) -> Result<Self, TruthError> {
+        let pixels = request.size[0] as usize * request.size[1] as usize;
+        let words = pixels * Layout::new(request).words as usize;
+        let read = || {
+            let (counts, rest) = bytes.strip_prefix(&MAGIC)?.split_at_checked(16)?;
+            let counts: [u32; 4] = bytemuck::pod_read_unaligned(counts);
+            let (surfaces, sums) = rest.split_at_checked(pixels * size_of::<PrimarySurface>())?;
+            (counts[2..] == [pixels as u32, words as u32] && sums.len() == words * 4).then(|| Self {
+                samples: counts[0],
+                scale: f32::from_bits(counts[1]),
+                surfaces: bytemuck::pod_collect_to_vec(surfaces),
+                sums: bytemuck::pod_collect_to_vec(sums),
+            })
+        };
+        read().ok_or_else(|| TruthError("stored truth is damaged or belongs to another request; delete it".into()))
+    }
+
+    /// The images. The request is the one that the state was traced for.
+    pub fn truth(&self, request: &Request) -> Truth {
+        let scale = self.scale;
+        let layout = Layout::new(request);
+        let words = layout.words as usize;
+        let count = f64::from(self.samples.max(1));
+        let unscaled = |radiance: [f32; 3]| radiance.map(|v| clamp(f64::from(v) / f64::from(scale)));
+        let radiance = |at: u32| {
+            let pixels = self.sums.chunks_exact(words).map(|sums| {
+                let channels: [_; 3] = std::array::from_fn(|c| {
+                    mean_and_error(sums[at as usize + c], sums[at as usize + 3 + c], count, f64::from(scale))
+                });
+                (channels.map(|c| c.0), channels.map(|c| c.1))
+            });
+            let (mean, standard_error) = pixels.unzip();
+            Estimate { mean, standard_error }
+        };
+        let occlusion = |at: u32| {
+            // Every sample is 0 or 1, its own square.
+            let pixels = self
+                .sums
+                .chunks_exact(words)
+                .map(|sums| mean_and_error(sums[at as usize], sums[at as usize], count, 1.0));
+            let (mean, standard_error) = pixels.unzip();
+            Estimate { mean, standard_error }
+        };
+        let rays = |rays: u64, more: u32| rays + u64::from(more);
+        Truth {
+            size: request.size,
+            samples: self.samples,
+            rays: self.surfaces.iter().map(|s| s.rays).fold(0, rays)
+                + self.sums.chunks_exact(words).map(|sums| sums[0].to_bits()).fold(0, rays),
+            depth: self.surfaces.iter().map(|s| s.depth).collect(),
+            position: self.surfaces.iter().map(|s| s.position).collect(),
+            normal: self.surfaces.iter().map(|s| s.normal).collect(),
+            albedo: self.surfaces.iter().map(|s| s.albedo).collect(),
+            direct: self.surfaces.iter().map(|s| unscaled(s.direct)).collect(),
+            bounce1: layout.bounce1.map(radiance),
+            indirect: layout.indirect.map(radiance),
+            on_screen: layout.on_screen.map(radiance),
+            ambient_occlusion: layout.occlusion.map(occlusion),
+        }
+    }
+}
+
+/// Mean and standard error of `count` samples from their sum and the sum of their squares, both scaled.
+fn mean_and_error(sum: f32, squares: f32, count: f64, scale: f64) -> (f32, f32) {
+    let mean = f64::from(sum) / count;
+    let variance =
+        if count > 1.0 { (f64::from(squares) / count - mean * mean).max(0.0) / (count - 1.0) } else { mean * mean };
+    (clamp(mean / scale), clamp(variance.sqrt() / scale))
+}
+
+fn clamp(value: f64) -> f32 {
+    value.min(f64::from(f32::MAX)) as f32
+}
+
+impl Truth {
+    /// Relative error that was reached: the root mean square, over pixels with a surface and channels, of the standard
+    /// error of `albedo * indirect`, divided by the image's mean. With `block > 1` the image is first averaged over
+    /// blocks of `block * block` pixels, whose errors are independent. Without indirect light it is that of
+    /// `albedo * bounce1`, of `albedo * on_screen` or of the ambient occlusion, whichever comes first; 0 where nothing
+    /// is random or all is black.
+    pub fn rel_error(&self, block: u32) -> f64 {
+        let light = self.indirect.as_ref().or(self.bounce1.as_ref()).or(self.on_screen.as_ref());
+        let pixel = |index: usize| -> ([f64; 3], [f64; 3]) {
+            match (light, &self.ambient_occlusion) {
+                (Some(light), _) => {
+                    let times = |value: [f32; 3]| {
+                        std::array::from_fn(|c| f64::from(value[c]) * f64::from(self.albedo[index][c]))
+                    };
+                    (times(light.mean[index]), times(light.standard_error[index]))
+                }
+                (None, Some(open)) => ([f64::from(open.mean[index]); 3], [f64::from(open.standard_error[index]); 3]),
+                (None, None) => ([0.0; 3], [0.0; 3]),
+            }
+        };
+        let [width, height] = self.size.map(|v| v as usize);
+        let block = block.max(1) as usize;
+        let (mut mean, mut square, mut blocks) = (0.0, 0.0, 0.0);
+        for y in (0..height).step_by(block) {
+            for x in (0..width).step_by(block) {
+                let inside =
+                    (y..(y + block).min(height)).flat_map(|y| (x..(x + block).min(width)).map(move |x| y * width + x));
+                let (mut sum, mut variance, mut count) = (0.0, 0.0, 0.0);
+                for index in inside.filter(|&index| self.depth[index] > 0.0) {
+                    let (value, error) = pixel(index);
+                    sum += value.iter().sum::<f64>() / 3.0;
+                    variance += error.iter().map(|e| e * e).sum::<f64>() / 3.0;
+                    count += 1.0;
+                }
+                if count > 0.0 {
+                    mean += sum / count;
+                    square += variance / (count * count);
+                    blocks += 1.0;
+                }
+            }
+        }
+        if mean > 0.0 { (square / blocks).sqrt() / (mean / blocks) } else { 0.0 }
+    }
+}

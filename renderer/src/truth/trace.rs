@@ -1,0 +1,373 @@
+//! A trace under way.
+
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+    time::Duration,
+};
+
+use halflight_shared_shaders::{BindingKind, EntryPoint, Shader};
+
+use super::{Request, State, Stop, Tracer, Truth, TruthError, request::Layout, state::PrimarySurface};
+use crate::{Gpu, gpu::known_shader, uniform, uniform::UniformValue};
+
+/// Time that one batch should take: short enough for a browser's watchdog and for a progress bar.
+const BATCH: Duration = Duration::from_millis(100);
+/// Samples of the first batches, before anything is known of the device's speed: 8 x 8 blocks.
+const FIRST_BATCH: u32 = 64;
+/// Samples after which the error is judged for the first time.
+const FIRST_CHECK: u32 = 16;
+/// Most samples a pixel in one batch.
+const MAX_BATCH_SAMPLES: u32 = 64;
+/// Stands for an unlimited distance in the shader.
+const FAR: f32 = 1e30;
+
+/// A trace under way. It holds what it needs of the [`Tracer`]; it never blocks.
+pub struct Trace {
+    request: Request,
+    stop: Stop,
+    primary: Stage,
+    paths: Stage,
+    uniform: wgpu::Buffer,
+    surfaces: wgpu::Buffer,
+    sums: wgpu::Buffer,
+    constants: Vec<(&'static str, UniformValue)>,
+    scale: f32,
+    /// Samples that every pixel has.
+    samples: u32,
+    /// Whether the primary rays are through.
+    seen: bool,
+    /// First block of the pass that is not done.
+    next_block: u32,
+    /// Samples a pixel of the pass.
+    pass_samples: u32,
+    /// Block samples that fit a batch.
+    batch: u32,
+    /// Samples at which to read and judge the next time.
+    next_check: u32,
+    rel_error: Option<f64>,
+}
+
+struct Stage {
+    entry: &'static EntryPoint,
+    pipeline: wgpu::ComputePipeline,
+    bindings: wgpu::BindGroup,
+}
+
+/// How far a trace is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Samples that every pixel has.
+    pub samples: u32,
+    /// Samples that every pixel will have as far as is known now: the limit, or fewer where the error suffices earlier.
+    pub expected_samples: u32,
+    /// Relative error when it was last judged.
+    pub rel_error: Option<f64>,
+    /// Part of the way to `expected_samples`, 0..1.
+    pub fraction: f32,
+}
+
+impl Trace {
+    pub(super) fn new(gpu: &Gpu, tracer: &Tracer, request: &Request, stop: Stop) -> Result<Self, TruthError> {
+        request.check()?;
+        if stop.samples_per_pixel == 0 {
+            return Err(TruthError("truth of 0 samples a pixel: give at least 1".into()));
+        }
+        if stop.rel_error.is_some_and(|e| e.is_nan() || e <= 0.0) {
+            return Err(TruthError("relative error: give a number above 0, for example 0.02".into()));
+        }
+        let layout = Layout::new(request);
+        let pixels = u64::from(request.size[0]) * u64::from(request.size[1]);
+        let buffer = |label, bytes: u64| {
+            let limits = gpu.device.limits();
+            let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+            if bytes > most {
+                return Err(TruthError(format!(
+                    "truth of {}x{} pixels takes a buffer of {} MiB and the adapter allows {}; make the image smaller",
+                    request.size[0],
+                    request.size[1],
+                    bytes >> 20,
+                    most >> 20
+                )));
+            }
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+            Ok(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: bytes,
+                usage,
+                mapped_at_creation: false,
+            }))
+        };
+        let surfaces = buffer("truth.surfaces", pixels * size_of::<PrimarySurface>() as u64)?;
+        let sums = buffer("truth.sums", pixels * u64::from(layout.words) * 4)?;
+        let uniform = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("truth.job"),
+            size: 256,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let shader = known_shader("truth/path_trace");
+        let mut constants: Vec<_> = layout.constants().into();
+        constants.push(("BOUNCES", request.path_bounces().into()));
+        constants.push(("HOLES", f64::from(u8::from(tracer.has_holes))));
+        let stage = |name| Stage::new(gpu, tracer, shader, name, &constants, [&uniform, &surfaces, &sums]);
+        let view = request.camera.view_matrix();
+        let [width, height] = request.size;
+        let radius = request.ambient_occlusion.filter(|&radius| radius > 0.0).unwrap_or(FAR);
+        let constants = vec![
+            ("world_to_view", view.into()),
+            ("view_to_world", view.inverse().into()),
+            ("tan_half_fov", request.camera.tan_half_fov(width, height).into()),
+            ("width", width.into()),
+            ("height", height.into()),
+            ("seed", request.seed.into()),
+            ("light_count", tracer.light_count.into()),
+            ("scene_radius", tracer.scene_radius.into()),
+            ("radiance_scale", tracer.radiance_scale.into()),
+            ("occlusion_radius", radius.into()),
+        ];
+        let mut trace = Self {
+            primary: stage("primary"),
+            paths: stage("paths"),
+            request: request.clone(),
+            stop,
+            uniform,
+            surfaces,
+            sums,
+            constants,
+            scale: tracer.radiance_scale,
+            samples: 0,
+            seen: false,
+            next_block: 0,
+            pass_samples: 1,
+            batch: FIRST_BATCH,
+            next_check: 0,
+            rel_error: None,
+        };
+        trace.plan_check();
+        Ok(trace)
+    }
+
+    /// Submits one batch of work. Returns false, and submits nothing, where the trace is finished or where it has to be
+    /// read and judged first ([`Trace::wants_reading`]).
+    pub fn submit(&mut self, gpu: &Gpu) -> bool {
+        if self.is_finished() || self.wants_reading() {
+            return false;
+        }
+        let blocks = self.request.size.iter().map(|v| v.div_ceil(8)).product::<u32>();
+        if self.next_block == 0 && self.seen {
+            self.pass_samples = (self.batch / blocks).clamp(1, MAX_BATCH_SAMPLES).min(self.next_check - self.samples);
+        }
+        let count = (self.batch / self.pass_samples).clamp(1, blocks - self.next_block);
+        let stage = if self.seen { &self.paths } else { &self.primary };
+        let values: Vec<_> = self
+            .constants
+            .iter()
+            .cloned()
+            .chain([
+                ("first_block", self.next_block.into()),
+                ("block_count", count.into()),
+                ("first_sample", self.samples.into()),
+                ("sample_count", self.pass_samples.into()),
+            ])
+            .collect();
+        gpu.queue.write_buffer(&self.uniform, 0, &stage.pack(&values));
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            pass.set_pipeline(&stage.pipeline);
+            pass.set_bind_group(0, &stage.bindings, &[]);
+            let across = count.min(1024);
+            pass.dispatch_workgroups(across, count.div_ceil(across), 1);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        self.next_block += count;
+        if self.next_block == blocks {
+            self.next_block = 0;
+            if self.seen {
+                self.samples += self.pass_samples;
+            }
+            self.seen = true;
+        }
+        true
+    }
+
+    /// Tells how long the device took for the last batch, so that the next one takes about a tenth of a second.
+    pub fn pace(&mut self, took: Duration) {
+        let ratio = BATCH.as_secs_f64() / took.as_secs_f64().max(1e-4);
+        // Never more than doubled: one quick batch (sky, for example) says little about the next.
+        self.batch = (f64::from(self.batch) * ratio.clamp(0.1, 2.0)).clamp(1.0, 1e7) as u32;
+    }
+
+    /// Whether the sums are consistent: every pixel has the same number of samples. They can be read then.
+    pub fn is_between_passes(&self) -> bool {
+        self.seen && self.next_block == 0
+    }
+
+    /// Whether the error has to be judged ([`Trace::read`], then [`Trace::judge`]) before the trace goes on.
+    pub fn wants_reading(&self) -> bool {
+        self.is_between_passes() && self.samples >= self.next_check && !self.is_finished()
+    }
+
+    /// Whether everything that was asked for is there.
+    pub fn is_finished(&self) -> bool {
+        let enough = self.stop.rel_error.zip(self.rel_error).is_some_and(|(target, e)| e <= f64::from(target));
+        self.is_between_passes() && (!self.request.is_random() || self.samples >= self.stop.samples_per_pixel || enough)
+    }
+
+    /// How far the trace is.
+    pub fn progress(&self) -> Progress {
+        let expected_samples = if self.request.is_random() { self.expected_samples() } else { 0 };
+        let fraction = match (self.is_finished(), expected_samples) {
+            (true, _) => 1.0,
+            (false, 0) => 0.0,
+            (false, expected) => (self.samples as f32 / expected as f32).min(1.0),
+        };
+        Progress { samples: self.samples, expected_samples, rel_error: self.rel_error, fraction }
+    }
+
+    fn expected_samples(&self) -> u32 {
+        let needed = match (self.stop.rel_error, self.rel_error) {
+            // Error falls with the square root of the samples; 5 % more, so that one more look is enough.
+            (Some(target), Some(error)) => f64::from(self.samples) * (error / f64::from(target)).powi(2) * 1.05,
+            _ => f64::INFINITY,
+        };
+        needed.min(f64::from(self.stop.samples_per_pixel)).max(1.0) as u32
+    }
+
+    fn plan_check(&mut self) {
+        let limit = self.stop.samples_per_pixel;
+        self.next_check = match (self.stop.rel_error, self.rel_error) {
+            (None, _) => limit,
+            (Some(_), None) => limit.min(self.samples.max(FIRST_CHECK)),
+            // A first estimate is not trusted far.
+            (Some(_), Some(_)) => self.expected_samples().clamp(self.samples + 1, (self.samples * 8).max(1)).min(limit),
+        };
+    }
+
+    /// Copies the sums so far for reading.
+    ///
+    /// # Panics
+    /// In the middle of a pass: ask [`Trace::is_between_passes`] first.
+    pub fn read(&self, gpu: &Gpu) -> Reading {
+        assert!(self.is_between_passes(), "sums are read between passes");
+        Reading::new(gpu, self.samples, self.scale, [&self.surfaces, &self.sums])
+    }
+
+    /// Turns what was read into images, and takes their error as the measure of when to stop.
+    pub fn judge(&mut self, state: &State) -> Truth {
+        let truth = state.truth(&self.request);
+        if self.stop.rel_error.is_some() && state.samples == self.samples && self.samples > 1 {
+            self.rel_error = Some(truth.rel_error(self.stop.error_block));
+        }
+        self.plan_check();
+        truth
+    }
+
+    /// Continues from a stored state of the same request and scene.
+    pub fn restore(&mut self, gpu: &Gpu, state: &State) {
+        gpu.queue.write_buffer(&self.surfaces, 0, bytemuck::cast_slice(&state.surfaces));
+        gpu.queue.write_buffer(&self.sums, 0, bytemuck::cast_slice(&state.sums));
+        (self.samples, self.seen, self.next_block, self.rel_error) = (state.samples, true, 0, None);
+        self.judge(state);
+    }
+}
+
+impl Stage {
+    fn new(
+        gpu: &Gpu,
+        tracer: &Tracer,
+        shader: &'static Shader,
+        name: &str,
+        constants: &[(&str, f64)],
+        [uniform, surfaces, sums]: [&wgpu::Buffer; 3],
+    ) -> Self {
+        let entry = shader.entry_point(name).unwrap_or_else(|| panic!("{} has no entry point {name}", shader.name));
+        let pipeline = gpu.compute_pipeline(shader, entry, constants);
+        let entries: Vec<_> = entry
+            .bindings
+            .iter()
+            .map(|binding| wgpu::BindGroupEntry {
+                binding: binding.index,
+                // Names of an imported module carry its path.
+                resource: match binding.name.rsplit('_').next().unwrap_or_default() {
+                    "nodes" => wgpu::BindingResource::TextureView(&tracer.nodes),
+                    "triangles" => wgpu::BindingResource::TextureView(&tracer.triangles),
+                    "attributes" => wgpu::BindingResource::TextureView(&tracer.attributes),
+                    "materials" => tracer.materials.as_entire_binding(),
+                    "texels" => tracer.texels.as_entire_binding(),
+                    "lights" => tracer.lights.as_entire_binding(),
+                    "surfaces" => surfaces.as_entire_binding(),
+                    "sums" => sums.as_entire_binding(),
+                    _ => uniform.as_entire_binding(),
+                },
+            })
+            .collect();
+        let bindings = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("truth"),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        Self { entry, pipeline, bindings }
+    }
+
+    fn pack(&self, values: &[(&str, UniformValue)]) -> Vec<u8> {
+        let block = self.entry.bindings.iter().find_map(|binding| match binding.kind {
+            BindingKind::Uniform { size, members } => Some(uniform::pack(size, members, values, "truth.job")),
+            _ => None,
+        });
+        block.unwrap_or_default()
+    }
+}
+
+/// Sums on their way back from the device.
+pub struct Reading {
+    samples: u32,
+    scale: f32,
+    staging: [wgpu::Buffer; 2],
+    mapped: Arc<AtomicUsize>,
+}
+
+impl Reading {
+    fn new(gpu: &Gpu, samples: u32, scale: f32, sources: [&wgpu::Buffer; 2]) -> Self {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let staging = sources.map(|source| {
+            let copy = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("truth.reading"),
+                size: source.size(),
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            encoder.copy_buffer_to_buffer(source, 0, &copy, 0, source.size());
+            copy
+        });
+        gpu.queue.submit([encoder.finish()]);
+        let mapped = Arc::new(AtomicUsize::new(0));
+        for copy in &staging {
+            let mapped = mapped.clone();
+            copy.map_async(wgpu::MapMode::Read, .., move |result| {
+                if result.is_ok() {
+                    mapped.fetch_add(1, Ordering::Release);
+                }
+            });
+        }
+        Self { samples, scale, staging, mapped }
+    }
+
+    /// The sums, once they have arrived: poll the device (`wgpu::Device::poll`) or, in a browser, return to the event
+    /// loop, and ask again. A lost device never delivers.
+    pub fn take(&self) -> Option<State> {
+        if self.mapped.load(Ordering::Acquire) < self.staging.len() {
+            return None;
+        }
+        let [surfaces, sums] = &self.staging;
+        Some(State {
+            samples: self.samples,
+            scale: self.scale,
+            surfaces: bytemuck::pod_collect_to_vec(&surfaces.get_mapped_range(..).ok()?),
+            sums: bytemuck::pod_collect_to_vec(&sums.get_mapped_range(..).ok()?),
+        })
+    }
+}

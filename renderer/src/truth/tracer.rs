@@ -1,0 +1,92 @@
+//! A scene, ready to be traced on a device.
+
+use halflight_scenes::{Light, Scene};
+use wgpu::util::DeviceExt;
+
+use super::{Request, Stop, Trace, TruthError, bvh::Bvh};
+use crate::{Gpu, SceneBuffers};
+
+/// Texels in a row of the BVH's textures: 2^`ROW_BITS` of `truth/traversal.wgsl`.
+const ROW: usize = 4096;
+
+/// A scene's BVH on a device, with the scene's buffers. Build it once for a scene; it serves any number of traces.
+pub struct Tracer {
+    pub(super) nodes: wgpu::TextureView,
+    pub(super) triangles: wgpu::TextureView,
+    pub(super) attributes: wgpu::TextureView,
+    pub(super) materials: wgpu::Buffer,
+    pub(super) texels: wgpu::Buffer,
+    pub(super) lights: wgpu::Buffer,
+    pub(super) light_count: u32,
+    /// Whether any triangle has holes.
+    pub(super) has_holes: bool,
+    /// Half the diagonal of the bounding box, scene units.
+    pub(super) scene_radius: f32,
+    /// Power of two that brings the brightest source near 1.
+    pub(super) radiance_scale: f32,
+}
+
+impl Tracer {
+    /// Builds the BVH and uploads it.
+    ///
+    /// # Errors
+    /// Where the BVH is too deep or too large for the device.
+    pub fn new(gpu: &Gpu, scene: &Scene, buffers: &SceneBuffers) -> Result<Self, TruthError> {
+        let bvh = Bvh::build(scene)?;
+        Ok(Self {
+            has_holes: bvh.has_holes,
+            nodes: upload(gpu, "truth.nodes", bvh.nodes)?,
+            triangles: upload(gpu, "truth.triangles", bvh.triangles)?,
+            attributes: upload(gpu, "truth.attributes", bvh.attributes)?,
+            materials: buffers.materials.clone(),
+            texels: buffers.texels.clone(),
+            lights: buffers.lights.clone(),
+            light_count: buffers.light_count,
+            scene_radius: scene.bounds().map_or(0.0, |(low, high)| (high - low).length() / 2.0),
+            radiance_scale: radiance_scale(scene),
+        })
+    }
+
+    /// Starts a trace.
+    ///
+    /// # Errors
+    /// Where a value of the request is out of range or its sums do not fit the device.
+    pub fn start(&self, gpu: &Gpu, request: &Request, stop: Stop) -> Result<Trace, TruthError> {
+        Trace::new(gpu, self, request, stop)
+    }
+}
+
+fn upload(gpu: &Gpu, label: &str, mut texels: Vec<[u32; 4]>) -> Result<wgpu::TextureView, TruthError> {
+    let rows = texels.len().div_ceil(ROW).max(1);
+    let most = gpu.device.limits().max_texture_dimension_2d;
+    if rows > most as usize {
+        return Err(TruthError(format!(
+            "the scene's BVH takes {rows} texture rows and the adapter allows {most}; use a scene of fewer triangles"
+        )));
+    }
+    texels.resize(rows * ROW, [0; 4]);
+    let descriptor = wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: ROW as u32, height: rows as u32, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Uint,
+        usage: wgpu::TextureUsages::STORAGE_BINDING,
+        view_formats: &[],
+    };
+    let texture =
+        gpu.device.create_texture_with_data(&gpu.queue, &descriptor, Default::default(), bytemuck::cast_slice(&texels));
+    Ok(texture.create_view(&Default::default()))
+}
+
+fn radiance_scale(scene: &Scene) -> f32 {
+    let lights = scene.lights.iter().flat_map(|light| match *light {
+        Light::Directional { irradiance, .. } => irradiance,
+        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity,
+    });
+    let emitters = scene.materials.iter().flat_map(|material| material.emission);
+    let brightest = lights.chain(emitters).filter(|v| v.is_finite()).fold(0.0, f32::max);
+    // Beyond 2^±100 the power itself would leave float32's range.
+    if brightest > 0.0 { (-brightest.log2().floor().clamp(-100.0, 100.0)).exp2() } else { 1.0 }
+}

@@ -1,0 +1,126 @@
+//! MTL material libraries.
+//!
+//! The lines are read here and not by tobj, whose MTL reader gives up a whole library at its first
+//! odd line and panics on the legal `Kd 0.5`.
+
+use std::path::{Path, PathBuf};
+
+use super::textures::{Role, texture};
+use super::{Reader, clamp};
+use crate::Material;
+
+/// One `newmtl` block as it is written.
+#[derive(Debug, Default)]
+pub(super) struct Entry {
+    pub name: String,
+    /// `file:line` of the block's head.
+    place: String,
+    folder: PathBuf,
+    kd: Option<[f32; 3]>,
+    ke: Option<[f32; 3]>,
+    ks: Option<[f32; 3]>,
+    ns: Option<f32>,
+    dissolve: Option<f32>,
+    map_kd: Option<String>,
+    map_d: Option<String>,
+}
+
+/// Reads a library. Lines that do not parse are passed over with a warning; keywords count in any case.
+pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Vec<Entry> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let text = String::from_utf8_lossy(bytes);
+    let mut entries: Vec<Entry> = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        let line = line.trim_start_matches('\u{feff}').trim();
+        let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        let (keyword, rest) = (keyword.to_lowercase(), rest.trim());
+        let place = format!("{}:{}", path.display(), index + 1);
+        if keyword == "newmtl" {
+            entries.push(Entry { name: rest.to_owned(), place, folder: folder.to_owned(), ..Entry::default() });
+            continue;
+        }
+        let Some(entry) = entries.last_mut() else { continue };
+        let understood = match keyword.as_str() {
+            "kd" => set(&mut entry.kd, colour(rest)),
+            "ke" => set(&mut entry.ke, colour(rest)),
+            "ks" => set(&mut entry.ks, colour(rest)),
+            "ns" => set(&mut entry.ns, rest.split_whitespace().next().and_then(|word| word.parse().ok())),
+            "d" => set(&mut entry.dissolve, rest.split_whitespace().last().and_then(|word| word.parse().ok())),
+            "map_kd" => set(&mut entry.map_kd, file_name(rest)),
+            "map_d" => set(&mut entry.map_d, file_name(rest)),
+            _ => true,
+        };
+        if !understood {
+            reader.warn(format!("{place}: cannot make sense of `{line}`; the line is passed over"));
+        } else if keyword.starts_with("map_") && rest.starts_with('-') && matches!(keyword.as_str(), "map_kd" | "map_d")
+        {
+            reader.warn(format!("{place}: texture options are not supported; `{line}` uses the image as it is"));
+        }
+    }
+    entries
+}
+
+fn set<T>(target: &mut Option<T>, value: Option<T>) -> bool {
+    let understood = value.is_some();
+    *target = value.or(target.take());
+    understood
+}
+
+/// `r g b`, or `r` alone for a grey.
+fn colour(rest: &str) -> Option<[f32; 3]> {
+    let numbers: Option<Vec<f32>> = rest.split_whitespace().take(3).map(|word| word.parse().ok()).collect();
+    match numbers?[..] {
+        [grey] => Some([grey; 3]),
+        [r, g, b] => Some([r, g, b]),
+        _ => None,
+    }
+}
+
+/// A file name may hold blanks; behind options it is the last word.
+fn file_name(rest: &str) -> Option<String> {
+    let name = if rest.starts_with('-') { rest.split_whitespace().last()? } else { rest };
+    Some(name.trim_matches('"').to_owned()).filter(|name| !name.is_empty())
+}
+
+impl Entry {
+    /// The material, with its textures loaded.
+    ///
+    /// `Kd` is 1 where only `map_Kd` is given (the image alone is the colour) and 0.8 where neither
+    /// is. `Kd` and `Ks` are clamped to 0..1, `Ke` to non-negative numbers, `Ns` to 0..1e6.
+    pub fn resolve(&self, reader: &mut Reader) -> Material {
+        let whose = format!("{}: material `{}`", self.place, self.name);
+        let mut in_range = |keyword: &str, value: [f32; 3], high: f32| {
+            let (clamped, changed) = clamp(value, 0.0, high);
+            if changed {
+                reader.warn(format!(
+                    "{whose}: {keyword} {} is clamped to 0..{high}",
+                    value.map(|x| x.to_string()).join(" ")
+                ));
+            }
+            clamped
+        };
+        let albedo = in_range("Kd", self.kd.unwrap_or([if self.map_kd.is_some() { 1.0 } else { 0.8 }; 3]), 1.0);
+        let specular = in_range("Ks", self.ks.unwrap_or_default(), 1.0);
+        // Far above any light and far below what a float holds.
+        let emission = in_range("Ke", self.ke.unwrap_or_default(), 1e6);
+        let [phong_exponent, ..] = in_range("Ns", [self.ns.unwrap_or_default(); 3], 1e6);
+        if self.map_kd.is_some() && albedo == [0.0; 3] {
+            reader.warn(format!("{whose}: Kd 0 makes map_Kd black; write Kd 1 1 1 if the image is meant to show"));
+        }
+        if let Some(dissolve) = self.dissolve.filter(|&d| d < 1.0) {
+            reader.warn(format!("{whose}: d {dissolve} is drawn opaque; use map_d for cut-outs"));
+        }
+        let mut load = |name: &Option<String>, role| {
+            name.as_deref().and_then(|name| texture(reader, &self.folder, name, role, &whose))
+        };
+        Material {
+            name: self.name.clone(),
+            albedo,
+            albedo_texture: load(&self.map_kd, Role::Colour),
+            alpha_texture: load(&self.map_d, Role::CutOut),
+            emission,
+            specular,
+            phong_exponent,
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! The scene file (TOML).
+
+use std::path::Path;
+
+use glam::{Mat3, Quat, Vec3};
+
+use super::keys::{Source, Table, listed, nearest_name};
+use super::{Reader, add_missing, obj, reason};
+use crate::{Camera, Light, Mesh, SceneError, generators};
+
+/// Reads a scene file into the reader's scene. See [`super::load_scene`] for its keys.
+pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(), SceneError> {
+    let text = std::str::from_utf8(bytes)
+        .map_err(|_| SceneError(format!("{}: is not UTF-8 text; save it as UTF-8", path.display())))?;
+    let source = Source { path, text };
+    let table = source.parse()?;
+    let file = Table::file(source, &table, &["name", "model", "camera", "light", "environment"])?;
+    if file.has("environment") {
+        return Err(file.error("environment", "is not supported in this version; remove it"));
+    }
+    if let Some(name) = file.text("name")? {
+        reader.scene.name = name.to_owned();
+    }
+    // Cheap things first: a slip in the camera is told before a large model is read.
+    let camera =
+        file.table("camera", &["eye", "target", "up", "vertical_fov_degrees"])?.map(|t| camera(&t)).transpose()?;
+    let lights = file.tables("light", &LIGHT_KEYS)?;
+    reader.scene.lights = lights.into_iter().map(light).collect::<Result<_, _>>()?;
+    let models = file.tables("model", &["path", "generator", "transform", "moves", "receive_only"])?;
+    if models.is_empty() {
+        return Err(file.error("model", "is missing; write for example `[[model]]` and `path = \"model.obj\"`"));
+    }
+    for table in models {
+        let meshes = model(reader, path, &table)?;
+        reader.scene.meshes.extend(meshes);
+    }
+    add_missing(&mut reader.scene, camera.is_none(), !file.has("light"));
+    if let Some(camera) = camera {
+        reader.scene.camera = camera;
+    }
+    Ok(())
+}
+
+fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<Vec<Mesh>, SceneError> {
+    for key in ["moves", "receive_only"] {
+        if table.has(key) {
+            return Err(table.error(key, "is not supported in this version; remove it"));
+        }
+    }
+    let mut meshes = match (table.text("path")?, table.text("generator")?) {
+        (Some(name), None) => {
+            if !name.to_lowercase().ends_with(".obj") {
+                return Err(
+                    table.error("path", format_args!("names {name}; only .obj models are read, export it as one"))
+                );
+            }
+            let path = scene_path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/"));
+            let bytes = reader.files.read(&path).map_err(|error| {
+                let why = reason(&error);
+                table.error(
+                    "path",
+                    format_args!("names {}, which cannot be read ({why}); it is relative to this file", path.display()),
+                )
+            })?;
+            obj::read(reader, &path, &bytes)?
+        }
+        (None, Some(name)) => {
+            let geometry = generators::geometry(name).ok_or_else(|| {
+                let known = generators::NAMES.iter().copied();
+                let mend = nearest_name(name, known.clone())
+                    .map_or_else(|| format!("use {}", listed(known)), |near| format!("did you mean `{near}`?"));
+                table.error("generator", format_args!("names `{name}`, which is no generator; {mend}"))
+            })?;
+            add_geometry(reader, geometry)
+        }
+        (Some(_), Some(_)) => return Err(table.error("generator", "is there beside `path`; remove one of the two")),
+        (None, None) => {
+            return Err(table.error("path", "is missing; write `path = \"model.obj\"` or `generator = \"atrium\"`"));
+        }
+    };
+    if let Some(transform) = table.table("transform", &["translate", "rotate_degrees", "scale"])? {
+        apply(&transform, &mut meshes)?;
+    }
+    Ok(meshes)
+}
+
+/// Adds materials and textures to the scene and returns the meshes with their indices shifted.
+fn add_geometry(reader: &mut Reader, geometry: generators::Geometry) -> Vec<Mesh> {
+    let scene = &mut reader.scene;
+    let (first_material, first_texture) = (scene.materials.len(), scene.textures.len());
+    scene.textures.extend(geometry.textures);
+    scene.materials.extend(geometry.materials.into_iter().map(|mut material| {
+        for texture in [&mut material.albedo_texture, &mut material.alpha_texture].into_iter().flatten() {
+            *texture += first_texture;
+        }
+        material
+    }));
+    let shift = |mesh: Mesh| Mesh { material: first_material + mesh.material, ..mesh };
+    geometry.meshes.into_iter().map(shift).collect()
+}
+
+/// Bakes a transform: scale, then rotation about the fixed axes x, y and z in this order, then
+/// translation. Normals go by the inverse transpose; a mirroring transform turns the winding round.
+fn apply(transform: &Table, meshes: &mut [Mesh]) -> Result<(), SceneError> {
+    let any = |key| transform.vector(key, "finite numbers", |_| true);
+    let translate = Vec3::from(any("translate")?.unwrap_or_default());
+    let [x, y, z] = any("rotate_degrees")?.unwrap_or_default().map(f32::to_radians);
+    let scale = Vec3::from(transform.scale("scale")?.unwrap_or([1.0; 3]));
+    let rotate = Mat3::from_quat(Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x));
+    // Only the ratio of the scales matters to a normal; dividing by the largest keeps tiny and huge ones finite.
+    let normal_scale = scale.abs().max_element() / scale;
+    for mesh in meshes {
+        for position in &mut mesh.positions {
+            let moved = rotate * (scale * Vec3::from(*position)) + translate;
+            if !moved.is_finite() {
+                return Err(transform
+                    .error("scale", "or `translate` moves a vertex out of the range of float32; use smaller numbers"));
+            }
+            *position = moved.to_array();
+        }
+        for normal in &mut mesh.normals {
+            *normal = (rotate * (normal_scale * Vec3::from(*normal))).normalize_or(Vec3::Y).to_array();
+        }
+        if scale.cmplt(Vec3::ZERO).bitmask().count_ones() % 2 == 1 {
+            mesh.indices.as_chunks_mut::<3>().0.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        }
+    }
+    Ok(())
+}
+
+fn camera(table: &Table) -> Result<Camera, SceneError> {
+    let eye = table.required("eye", table.vector("eye", "finite numbers", |_| true)?, "eye = [0.0, 1.0, 5.0]")?;
+    let target = table.vector("target", "finite numbers, another point than `camera.eye`", |target| target != eye)?;
+    Ok(Camera {
+        eye,
+        target: table.required("target", target, "target = [0.0, 1.0, 0.0]")?,
+        up: table.vector("up", "finite numbers, not all 0", |up| up != [0.0; 3])?.unwrap_or([0.0, 1.0, 0.0]),
+        vertical_fov_degrees: table.number("vertical_fov_degrees", 1.0..=170.0)?.unwrap_or(60.0),
+    })
+}
+
+const LIGHT_KEYS: [&str; 7] = [
+    "kind",
+    "direction",
+    "irradiance",
+    "position",
+    "intensity",
+    "half_angle_degrees",
+    "full_intensity_half_angle_degrees",
+];
+
+fn light(table: Table) -> Result<Light, SceneError> {
+    let kind = table.required("kind", table.text("kind")?, "kind = \"directional\"")?;
+    let keys: &[&str] = match kind {
+        "directional" => &["kind", "direction", "irradiance"],
+        "point" => &["kind", "position", "intensity"],
+        "spot" => &LIGHT_KEYS,
+        _ => {
+            let near =
+                nearest_name(kind, ["directional", "spot", "point"]).map(|near| format!("; did you mean `{near}`?"));
+            let near = near.unwrap_or_default();
+            return Err(
+                table.error("kind", format_args!("is \"{kind}\"; it must be `directional`, `spot` or `point`{near}"))
+            );
+        }
+    };
+    if kind == "spot" && table.has("irradiance") {
+        return Err(table.error("irradiance", "belongs to a directional light; a spot light has `light.intensity`"));
+    }
+    let table = table.only(keys)?;
+    let power = |key| {
+        let value = table.vector(key, "finite numbers, none of them negative", |v| v.iter().all(|&x| x >= 0.0))?;
+        table.required(key, value, &format!("{key} = [10.0, 9.5, 8.5]"))
+    };
+    let direction = || {
+        let value = table.vector("direction", "finite numbers, not all 0", |d| d != [0.0; 3])?;
+        table.required("direction", value, "direction = [0.3, -1.0, 0.1]")
+    };
+    let position = || {
+        let value = table.vector("position", "finite numbers", |_| true)?;
+        table.required("position", value, "position = [0.0, 2.0, 0.0]")
+    };
+    Ok(match kind {
+        "directional" => Light::Directional { direction: direction()?, irradiance: power("irradiance")? },
+        "point" => Light::Point { position: position()?, intensity: power("intensity")? },
+        _ => {
+            // A shadow map has to cover the cone with one perspective view: under 90 degrees.
+            let half_angle = table.number("half_angle_degrees", 0.1..=89.0)?;
+            let half_angle_degrees = table.required("half_angle_degrees", half_angle, "half_angle_degrees = 40.0")?;
+            let full = table.number("full_intensity_half_angle_degrees", 0.0..=half_angle_degrees)?;
+            Light::Spot {
+                position: position()?,
+                direction: direction()?,
+                intensity: power("intensity")?,
+                half_angle_degrees,
+                full_intensity_half_angle_degrees: full.unwrap_or(half_angle_degrees),
+            }
+        }
+    })
+}

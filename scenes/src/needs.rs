@@ -1,0 +1,118 @@
+//! Facts about a scene, found once at load, that decide what a frame must contain.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Light, Scene};
+
+/// What a scene requires of a frame. A pass, a texture or a shader variant exists in a plan only
+/// where one of these facts or a setting asks for it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SceneNeeds {
+    /// Number of triangles.
+    pub triangles: usize,
+    /// Some material has a cut-out texture.
+    pub alpha_tested: bool,
+    /// Some material has a diffuse texture.
+    pub textured: bool,
+    /// Some material emits light.
+    pub emitters: bool,
+    /// Some material has a specular part.
+    pub glossy: bool,
+    /// Number of directional lights.
+    pub directional_lights: usize,
+    /// Number of spot lights.
+    pub spot_lights: usize,
+    /// Number of point lights.
+    pub point_lights: usize,
+    /// Light arrives from outside the geometry.
+    pub environment: bool,
+}
+
+impl SceneNeeds {
+    /// Collects the facts. Materials that no mesh uses do not count.
+    pub fn of(scene: &Scene) -> Self {
+        let used =
+            || scene.meshes.iter().filter(|m| !m.indices.is_empty()).filter_map(|m| scene.materials.get(m.material));
+        let count = |wanted: fn(&Light) -> bool| scene.lights.iter().filter(|&light| wanted(light)).count();
+        Self {
+            triangles: scene.triangle_count(),
+            alpha_tested: used().any(|m| m.alpha_texture.is_some()),
+            textured: used().any(|m| m.albedo_texture.is_some()),
+            emitters: used().any(|m| m.emission != [0.0; 3]),
+            glossy: used().any(|m| m.specular != [0.0; 3]),
+            directional_lights: count(|l| matches!(l, Light::Directional { .. })),
+            spot_lights: count(|l| matches!(l, Light::Spot { .. })),
+            point_lights: count(|l| matches!(l, Light::Point { .. })),
+            environment: scene.environment.is_some(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Environment, Material, Mesh};
+
+    /// Two triangles of a plain material; a second material that no mesh uses; a third on an empty mesh.
+    fn scene(used: Material, other: Material) -> Scene {
+        let mesh = |material, indices| Mesh { material, indices, ..Mesh::default() };
+        Scene {
+            meshes: vec![mesh(0, vec![0; 6]), mesh(2, vec![])],
+            materials: vec![used, other.clone(), other],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn a_plain_scene_needs_nothing() {
+        let plain = SceneNeeds { triangles: 2, ..SceneNeeds::default() };
+        assert_eq!(SceneNeeds::of(&scene(Material::default(), Material::default())), plain);
+        assert_eq!(SceneNeeds::of(&Scene::default()), SceneNeeds::default());
+        // A mesh whose material is out of range needs nothing of it.
+        let lost = Scene { materials: vec![], ..scene(Material::default(), Material::default()) };
+        assert_eq!(SceneNeeds::of(&lost), plain);
+    }
+
+    #[test]
+    fn materials_count_where_a_mesh_uses_them() {
+        let plain = SceneNeeds { triangles: 2, ..SceneNeeds::default() };
+        let default = Material::default;
+        for (special, needs) in [
+            (Material { alpha_texture: Some(0), ..default() }, SceneNeeds { alpha_tested: true, ..plain.clone() }),
+            (Material { albedo_texture: Some(0), ..default() }, SceneNeeds { textured: true, ..plain.clone() }),
+            (Material { emission: [0.0, 0.0, 0.1], ..default() }, SceneNeeds { emitters: true, ..plain.clone() }),
+            (Material { specular: [0.0, 0.1, 0.0], ..default() }, SceneNeeds { glossy: true, ..plain.clone() }),
+            (Material { phong_exponent: 10.0, ..default() }, plain.clone()),
+        ] {
+            assert_eq!(SceneNeeds::of(&scene(special.clone(), default())), needs);
+            assert_eq!(SceneNeeds::of(&scene(default(), special)), plain, "unused");
+        }
+    }
+
+    #[test]
+    fn lights_count_by_kind() {
+        let (position, direction, intensity) = ([0.0; 3], [0.0, -1.0, 0.0], [1.0; 3]);
+        let sun = Light::Directional { direction, irradiance: intensity };
+        let point = Light::Point { position, intensity };
+        let spot = Light::Spot {
+            position,
+            direction,
+            intensity,
+            half_angle_degrees: 40.0,
+            full_intensity_half_angle_degrees: 30.0,
+        };
+        let lit = Scene {
+            lights: vec![spot, sun, spot, point, spot, point],
+            environment: Some(Environment { radiance: [1.0; 3] }),
+            ..Scene::default()
+        };
+        let needs = SceneNeeds {
+            directional_lights: 1,
+            spot_lights: 3,
+            point_lights: 2,
+            environment: true,
+            ..SceneNeeds::default()
+        };
+        assert_eq!(SceneNeeds::of(&lit), needs);
+    }
+}

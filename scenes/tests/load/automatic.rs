@@ -1,0 +1,176 @@
+//! The camera and the light that a bare OBJ file gets.
+
+use std::fmt::Write;
+
+use glam::Vec3;
+use halflight_scenes::{Light, MemoryFiles, Scene, generators, load_scene, write_obj};
+
+use crate::{TRIANGLE, assert_warns, load, load_obj};
+
+/// Faces of a box, named by the direction of their outer side, as corners in counter-clockwise order seen from outside.
+const FACES: [(&str, [usize; 4]); 6] = [
+    ("-x", [0, 4, 6, 2]),
+    ("+x", [1, 3, 7, 5]),
+    ("-y", [0, 1, 5, 4]),
+    ("+y", [2, 6, 7, 3]),
+    ("-z", [0, 2, 3, 1]),
+    ("+z", [4, 5, 7, 6]),
+];
+
+/// A box without some of its faces; normals (geometric) face out or in.
+fn make_box(low: [f32; 3], high: [f32; 3], without: &[&str], inwards: bool) -> String {
+    let mut obj = String::new();
+    for i in 0..8 {
+        let corner = |axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
+        writeln!(obj, "v {} {} {}", corner(0), corner(1), corner(2)).expect("a string");
+    }
+    for (name, mut corners) in FACES {
+        if inwards {
+            corners.reverse();
+        }
+        if !without.contains(&name) {
+            writeln!(obj, "f {}", corners.map(|c| format!("-{}", 8 - c)).join(" ")).expect("a string");
+        }
+    }
+    obj
+}
+
+/// Asserts that the corners of the scene's box lie in a square image and reach into its outer half.
+fn assert_fills_view(scene: &Scene) {
+    let (low, high) = scene.bounds().expect("not empty");
+    let [tangent, _] = scene.camera.tan_half_fov(1, 1);
+    let view = scene.camera.view_matrix();
+    let reach = (0..8)
+        .map(|i| {
+            let corner = Vec3::select(glam::BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4), high, low);
+            let p = view.transform_point3(corner);
+            assert!(p.z < 0.0, "in front of the camera");
+            p.x.abs().max(p.y.abs()) / (-p.z * tangent)
+        })
+        .fold(0.0, f32::max);
+    // The margin is 5 %.
+    assert!((0.9..=1.0).contains(&reach), "{reach}");
+}
+
+fn sun(scene: &Scene) -> Vec3 {
+    match scene.lights[..] {
+        [Light::Directional { direction, irradiance }] => {
+            assert_eq!(irradiance, [10.0, 9.5, 8.5]);
+            let direction = Vec3::from(direction);
+            assert!(direction.y < -0.3, "from above");
+            direction
+        }
+        _ => panic!("not one sun: {:?}", scene.lights),
+    }
+}
+
+#[test]
+fn an_object_is_seen_whole_from_outside() {
+    for scale in [1e-4, 1.0, 1e5] {
+        let scene = load_obj(&make_box([0.0; 3], [2.0 * scale, scale, 3.0 * scale], &[], false));
+        assert_fills_view(&scene);
+        let (low, high) = scene.bounds().expect("not empty");
+        let eye = Vec3::from(scene.camera.eye);
+        assert!(eye.z > high.z && eye.y > 0.5 * (low.y + high.y), "front, above: {eye}");
+        // The front, the right side and the top are in view; the sun lights the first and the last.
+        assert!(sun(&scene).z < 0.0);
+    }
+    // Flat and empty-looking things too.
+    assert_fills_view(&load_obj(TRIANGLE));
+    assert_fills_view(&load_obj("v 0 0 0\nv 0 0 1\nv 1 0 0\nf 1 2 3\n"));
+}
+
+#[test]
+fn an_open_box_is_seen_through_its_opening() {
+    for (opening, axis) in [("+z", Vec3::Z), ("-z", Vec3::NEG_Z), ("+x", Vec3::X), ("-x", Vec3::NEG_X)] {
+        let scene = load_obj(&make_box([0.0; 3], [2.0; 3], &[opening], true));
+        assert_fills_view(&scene);
+        let [eye, target] = [scene.camera.eye, scene.camera.target].map(Vec3::from);
+        assert!((eye - target).normalize().dot(axis) > 0.999, "{opening}: {eye}");
+        assert!(sun(&scene).dot(axis) < -0.3, "the sun shines in");
+    }
+}
+
+#[test]
+fn a_court_is_seen_from_inside_along_its_longest_axis() {
+    for (size, axis) in [([20.0, 6.0, 8.0], Vec3::X), ([8.0, 6.0, 20.0], Vec3::Z)] {
+        let scene = load_obj(&make_box([0.0; 3], size, &["+y"], true));
+        let [eye, target] = [scene.camera.eye, scene.camera.target].map(Vec3::from);
+        assert!(eye.cmpgt(Vec3::ZERO).all() && eye.cmplt(Vec3::from(size)).all(), "inside: {eye}");
+        let forward = (target - eye).normalize();
+        assert!(forward.dot(axis).abs() > 0.95, "{forward}");
+        assert!((target - eye).length() > 0.8 * 20.0, "from one end to the other");
+        // The sun reaches the point of the floor's middle at the eye's height through the open roof.
+        let direction = sun(&scene);
+        let middle = Vec3::new(0.5 * size[0], eye.y, 0.5 * size[2]);
+        let out = middle - direction * ((size[1] - middle.y) / -direction.y);
+        assert!(out.x > 0.0 && out.x < size[0] && out.z > 0.0 && out.z < size[2], "{out}");
+    }
+}
+
+#[test]
+fn walls_may_have_an_outside_too() {
+    // The outer faces of thick walls come first in the file; the inner ones are what a ray meets first.
+    let (low, high) = ([0.0; 3], [20.0, 6.0, 8.0]);
+    let outside = make_box(low.map(|x| x - 1.0), high.map(|x| x + 1.0), &["+y"], false);
+    let scene = load_obj(&(outside + &make_box(low, high, &["+y"], true)));
+    let eye = Vec3::from(scene.camera.eye);
+    assert!(eye.cmpgt(low.into()).all() && eye.cmplt(high.into()).all(), "inside: {eye}");
+}
+
+#[test]
+fn things_in_the_way_do_not_hide_what_a_scene_is() {
+    let court = make_box([0.0; 3], [20.0, 6.0, 8.0], &["+y"], true);
+    // A tower beside the court moves the centre of the box over its walls.
+    let with_tower = court.clone() + &make_box([20.0, 0.0, 3.0], [22.0, 13.0, 5.0], &[], false);
+    // A plinth in the middle has the centroid within.
+    let with_plinth = court + &make_box([9.0, 0.0, 3.0], [11.0, 2.9, 5.0], &[], false);
+    for obj in [with_tower, with_plinth] {
+        let eye = Vec3::from(load_obj(&obj).camera.eye);
+        assert!(eye.cmpgt(Vec3::ZERO).all() && eye.cmplt(Vec3::new(20.0, 6.0, 8.0)).all(), "inside: {eye}");
+    }
+}
+
+#[test]
+fn a_closed_room_gets_a_light_of_its_own() {
+    let scene = load_obj(&make_box([0.0; 3], [4.0, 3.0, 6.0], &[], true));
+    assert_warns(&scene, &["closed", "point light"]);
+    let [Light::Point { position, intensity }] = scene.lights[..] else { panic!("{:?}", scene.lights) };
+    assert!(Vec3::from(position).cmpgt(Vec3::ZERO).all() && position[1] < 3.0);
+    assert!(intensity[0] > 0.0);
+    let eye = Vec3::from(scene.camera.eye);
+    assert!(eye.cmpgt(Vec3::ZERO).all() && eye.cmplt(Vec3::new(4.0, 3.0, 6.0)).all());
+}
+
+#[test]
+fn what_emits_needs_no_sun() {
+    let obj = format!("mtllib m.mtl\nusemtl m\n{TRIANGLE}");
+    let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", b"newmtl m\nKe 5 5 5\n")], "m.obj");
+    assert_eq!(scene.lights, []);
+}
+
+/// A bundled scene, exported and read as a bare OBJ file.
+fn exported(name: &str) -> Scene {
+    let generators::Geometry { meshes, materials, textures } = generators::geometry(name).expect("it builds");
+    let files = write_obj(&meshes, &materials, &textures, name).expect("a good scene");
+    let files: MemoryFiles = files.into_iter().collect();
+    load_scene(&files, format!("{name}.obj").as_ref()).expect("a good scene")
+}
+
+#[test]
+fn the_bundled_cornell_box_is_seen_through_its_opening() {
+    let scene = exported("cornell");
+    assert_fills_view(&scene);
+    let [eye, target] = [scene.camera.eye, scene.camera.target].map(Vec3::from);
+    assert!((eye - target).normalize().z > 0.999, "{eye}");
+}
+
+#[test]
+fn the_bundled_atrium_is_seen_from_inside_along_the_court() {
+    let scene = exported("atrium");
+    let [eye, target] = [scene.camera.eye, scene.camera.target].map(Vec3::from);
+    // Within its 25 m by 7.5 m, under the eaves.
+    assert!(eye.x.abs() < 12.5 && eye.z.abs() < 3.75 && (0.5..9.0).contains(&eye.y), "{eye}");
+    assert!((target - eye).normalize().x.abs() > 0.95, "{eye} {target}");
+    sun(&scene);
+}

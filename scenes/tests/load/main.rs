@@ -1,0 +1,71 @@
+//! The readers as other crates use them: files in, scenes or sentences out.
+
+mod automatic;
+mod damage;
+mod materials;
+mod obj;
+mod round_trip;
+mod scene_file;
+mod sponza;
+
+use std::path::Path;
+
+use halflight_scenes::{MemoryFiles, Scene, load_scene};
+
+/// A file of the test, by path.
+type File<'a> = (&'a str, &'a [u8]);
+
+/// One triangle in the plane z = 0, counter-clockwise seen from +z.
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+fn try_load(files: &[File], path: &str) -> Result<Scene, String> {
+    let files: MemoryFiles = files.iter().copied().collect();
+    load_scene(&files, Path::new(path)).map_err(|error| error.to_string())
+}
+
+fn load(files: &[File], path: &str) -> Scene {
+    try_load(files, path).expect("the scene is good")
+}
+
+/// A bare OBJ file without others beside it.
+fn load_obj(text: &str) -> Scene {
+    load(&[("m.obj", text.as_bytes())], "m.obj")
+}
+
+/// The sentence with which a file is refused. Every sentence is one line.
+fn refusal(files: &[File], path: &str) -> String {
+    let sentence = try_load(files, path).expect_err("the scene is bad");
+    assert_eq!(sentence.lines().count(), 1, "{sentence}");
+    sentence
+}
+
+/// Asserts that the text holds all parts.
+#[track_caller]
+fn assert_says(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "`{part}` is not in: {text}");
+    }
+}
+
+/// Asserts that there is exactly one warning and that it holds all parts.
+#[track_caller]
+fn assert_warns(scene: &Scene, parts: &[&str]) {
+    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
+    assert_says(&scene.warnings[0], parts);
+}
+
+/// Three corners of a triangle: position, normal, texture coordinate of each.
+type Corner = ([f32; 3], [f32; 3], [f32; 2]);
+
+/// Every corner of a scene, in order, with the name of its material.
+fn corners(scene: &Scene) -> Vec<(String, Corner)> {
+    let of_mesh = |mesh: &halflight_scenes::Mesh| {
+        let name = scene.materials[mesh.material].name.clone();
+        let corner = |&i: &u32| {
+            let i = i as usize;
+            (name.clone(), (mesh.positions[i], mesh.normals[i], mesh.uvs[i]))
+        };
+        mesh.indices.iter().map(corner).collect::<Vec<_>>()
+    };
+    scene.meshes.iter().flat_map(of_mesh).collect()
+}

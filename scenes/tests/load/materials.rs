@@ -1,0 +1,208 @@
+//! MTL libraries and textures.
+
+use std::io::Cursor;
+
+use halflight_scenes::{Material, Scene, SceneNeeds};
+use image::{DynamicImage, ImageFormat, Rgb, RgbImage, Rgba, RgbaImage};
+
+use crate::{TRIANGLE, assert_warns, load};
+
+/// A triangle of material `m` with this library and further files beside it.
+fn with_library(mtl: &str, files: &[(&str, &[u8])]) -> Scene {
+    let obj = format!("mtllib m.mtl\nusemtl m\n{TRIANGLE}");
+    load(&[&[("dir/m.obj", obj.as_bytes()), ("dir/m.mtl", mtl.as_bytes())], files].concat(), "dir/m.obj")
+}
+
+fn material(mtl: &str) -> Material {
+    let scene = with_library(&format!("newmtl m\n{mtl}"), &[]);
+    assert_eq!(scene.warnings, [""; 0]);
+    scene.materials[0].clone()
+}
+
+fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image.into().write_to(&mut bytes, format).expect("a small image");
+    bytes.into_inner()
+}
+
+/// 2 x 2: red and green above, blue and white below.
+fn colours() -> RgbImage {
+    let rows = [[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 255]]];
+    RgbImage::from_fn(2, 2, |x, y| Rgb(rows[y as usize][x as usize]))
+}
+
+#[test]
+fn every_quantity_is_read() {
+    let read = material("Kd .5 .25 0\nKe 3 2 1\nKs .1 .2 .3\nNs 80\nNi 1.5\nillum 2\nPr 0.3\n");
+    assert_eq!((read.name.as_str(), read.albedo), ("m", [0.5, 0.25, 0.0]));
+    assert_eq!((read.emission, read.specular, read.phong_exponent), ([3.0, 2.0, 1.0], [0.1, 0.2, 0.3], 80.0));
+    assert_eq!(material("kd 0.5\n").albedo, [0.5; 3]);
+    assert_eq!(material("").albedo, [0.8; 3]);
+}
+
+#[test]
+fn numbers_out_of_range_are_clamped_with_a_warning() {
+    for (line, shown) in [
+        ("Kd 1.5 -1 0.5", "Kd 1.5 -1 0.5 is clamped to 0..1"),
+        ("Ks 2 0 0", "Ks 2 0 0 is clamped to 0..1"),
+        ("Ke -1 0 0", "Ke -1 0 0 is clamped to 0.."),
+        ("Ke nan 0 0", "Ke NaN 0 0 is clamped to 0.."),
+        ("Ke inf 0 0", "Ke inf 0 0 is clamped to 0.."),
+    ] {
+        let scene = with_library(&format!("# head\nnewmtl m\n{line}\n"), &[]);
+        assert_warns(&scene, &["dir/m.mtl:2:", "`m`", shown]);
+        let read = &scene.materials[0];
+        for value in [read.albedo, read.specular, read.emission].concat() {
+            assert!(value.is_finite() && value >= 0.0);
+        }
+    }
+    let scene = with_library("newmtl m\nKd 1.5 -1 0.5\n", &[]);
+    assert_eq!(scene.materials[0].albedo, [1.0, 0.0, 0.5]);
+    assert_warns(&with_library("newmtl m\nNs 1e9\n", &[]), &["Ns", "clamped", "1000000"]);
+    assert_warns(&with_library("newmtl m\nd 0.3\n", &[]), &["d 0.3", "opaque", "map_d"]);
+}
+
+#[test]
+fn odd_lines_are_passed_over_with_a_warning() {
+    for line in ["Kd", "Kd red", "Kd 1 2", "Ns", "map_Kd", "map_d"] {
+        let scene = with_library(&format!("newmtl m\n{line}\nKs .5 .5 .5\n"), &[]);
+        assert_warns(&scene, &["dir/m.mtl:2:", &format!("`{line}`"), "passed over"]);
+        assert_eq!(scene.materials[0].specular, [0.5; 3], "the lines after it count");
+    }
+}
+
+#[test]
+fn images_are_loaded_once_with_row_0_on_top() {
+    let png = encoded(colours(), ImageFormat::Png);
+    let mtl = "newmtl m\nmap_Kd tex\\My Image.png\nnewmtl n\nKd .5 .5 .5\nmap_Kd TEX/my image.PNG\n";
+    let obj = format!("mtllib m.mtl\nusemtl m\n{TRIANGLE}usemtl n\nf 3 2 1\n");
+    let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes()), ("tex/My Image.png", &png)], "m.obj");
+    assert_eq!(scene.warnings, [""; 0]);
+    let used: Vec<_> = scene.materials.iter().map(|m| (m.albedo, m.albedo_texture)).collect();
+    // Without Kd the image alone is the colour. Another spelling may be another file on some disks.
+    assert_eq!(used[0], ([1.0; 3], Some(0)));
+    assert_eq!(used[1].0, [0.5; 3]);
+    let texture = &scene.textures[0];
+    assert_eq!((texture.name.as_str(), texture.width, texture.height), ("tex/My Image.png", 2, 2));
+    let rgba = [255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 255];
+    assert_eq!(texture.rgba, rgba);
+
+    let twice = "newmtl m\nmap_Kd a.png\nnewmtl n\nmap_Kd ./a.png\n";
+    let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", twice.as_bytes()), ("a.png", &png)], "m.obj");
+    assert_eq!(scene.textures.len(), 1);
+}
+
+#[test]
+fn common_formats_are_read() {
+    for (name, format) in [
+        ("i.png", ImageFormat::Png),
+        ("i.jpg", ImageFormat::Jpeg),
+        ("i.tga", ImageFormat::Tga),
+        ("i.bmp", ImageFormat::Bmp),
+    ] {
+        let grey = RgbImage::from_pixel(8, 8, Rgb([100, 100, 100]));
+        let scene =
+            with_library(&format!("newmtl m\nmap_Kd {name}\n"), &[(&format!("dir/{name}"), &encoded(grey, format))]);
+        assert_eq!(scene.warnings, [""; 0]);
+        // JPEG may be a level or two off.
+        assert!(scene.textures[0].rgba[0].abs_diff(100) <= 2, "{name}");
+    }
+}
+
+#[test]
+fn cut_outs_come_from_alpha_or_else_luminance() {
+    let masks = |image: Vec<u8>, mtl: &str| with_library(&format!("newmtl m\n{mtl}"), &[("dir/leaf.png", &image)]);
+    let alphas = |scene: &Scene| {
+        let texture = &scene.textures[scene.materials[0].alpha_texture.expect("a mask")];
+        texture.rgba.chunks(4).map(|texel| texel[3]).collect::<Vec<_>>()
+    };
+    // White everywhere, holes in alpha.
+    let alpha = RgbaImage::from_fn(2, 1, |x, _| Rgba([255, 255, 255, if x == 0 { 0 } else { 200 }]));
+    // An opaque alpha channel says nothing: luminance counts.
+    let level = |x| if x == 0 { 10 } else { 250 };
+    let opaque = RgbaImage::from_fn(2, 1, |x, _| Rgba([level(x), level(x), level(x), 255]));
+    let grey = RgbImage::from_fn(2, 1, |x, _| Rgb([level(x); 3]));
+    let alpha = encoded(alpha, ImageFormat::Png);
+    assert_eq!(alphas(&masks(alpha.clone(), "map_d leaf.png\n")), [0, 200]);
+    assert_eq!(alphas(&masks(encoded(opaque, ImageFormat::Png), "map_d leaf.png\n")), [10, 250]);
+    let grey = encoded(grey, ImageFormat::Png);
+    assert_eq!(alphas(&masks(grey.clone(), "map_d leaf.png\n")), [10, 250]);
+
+    // One file in both roles: one texture where alpha is the mask, else colour and mask apart.
+    let both = masks(alpha, "map_Kd leaf.png\nmap_d leaf.png\n");
+    assert_eq!((both.textures.len(), both.materials[0].albedo_texture), (1, both.materials[0].alpha_texture));
+    let both = masks(grey, "map_Kd leaf.png\nmap_d leaf.png\n");
+    assert_eq!(both.textures.len(), 2);
+    assert_eq!(both.textures[0].rgba[3], 255, "a colour stays opaque");
+    assert!(SceneNeeds::of(&both).alpha_tested);
+}
+
+#[test]
+fn missing_and_broken_images_get_a_stand_in_and_a_warning() {
+    let scene = with_library("newmtl m\nmap_Kd gone.png\n", &[]);
+    assert_warns(&scene, &["dir/m.mtl:1:", "`m`", "dir/gone.png", "is missing", "checker"]);
+    let texture = &scene.textures[scene.materials[0].albedo_texture.expect("a stand-in")];
+    assert_eq!(texture.name, "stand-in for gone.png");
+    assert_eq!(
+        (texture.rgba[..4].to_vec(), texture.rgba[32..36].to_vec()),
+        (vec![255, 0, 255, 255], vec![128, 128, 128, 255])
+    );
+    assert_eq!(texture.rgba.len(), 4 * texture.width as usize * texture.height as usize);
+
+    for bytes in [&b"not an image"[..], &encoded(colours(), ImageFormat::Png)[..40], b""] {
+        let scene = with_library("newmtl m\nmap_Kd a.png\n", &[("dir/a.png", bytes)]);
+        assert_warns(&scene, &["dir/a.png", "cannot be decoded", "checker"]);
+    }
+    let scene = with_library("newmtl m\nmap_d gone.png\n", &[]);
+    assert_warns(&scene, &["dir/gone.png", "is missing", "without holes"]);
+    assert_eq!(scene.materials[0].alpha_texture, None);
+
+    // One file, one warning.
+    let obj = format!("mtllib m.mtl\nusemtl m\n{TRIANGLE}usemtl n\nf 3 2 1\n");
+    let mtl = "newmtl m\nmap_Kd gone.png\nnewmtl n\nmap_Kd gone.png\n";
+    assert_warns(&load(&[("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())], "m.obj"), &["gone.png"]);
+}
+
+#[test]
+fn texture_options_are_passed_over_with_a_warning() {
+    let png = encoded(colours(), ImageFormat::Png);
+    let scene = with_library("newmtl m\nmap_Kd -s 2 2 1 a.png\n", &[("dir/a.png", &png)]);
+    assert_warns(&scene, &["dir/m.mtl:2:", "options", "map_Kd -s 2 2 1 a.png"]);
+    assert_eq!(scene.textures[0].name, "a.png");
+}
+
+#[test]
+fn a_black_kd_over_an_image_is_told() {
+    let png = encoded(colours(), ImageFormat::Png);
+    let scene = with_library("newmtl m\nKd 0 0 0\nmap_Kd a.png\n", &[("dir/a.png", &png)]);
+    assert_warns(&scene, &["dir/m.mtl:1:", "map_Kd black", "Kd 1 1 1"]);
+}
+
+#[test]
+fn missing_libraries_and_materials_are_drawn_in_grey() {
+    let obj = format!("mtllib gone.mtl\nusemtl m\n{TRIANGLE}usemtl n\nf 3 2 1\n");
+    let scene = load(&[("m.obj", obj.as_bytes())], "m.obj");
+    assert_warns(&scene, &["m.obj:1:", "`gone.mtl`", "no such file", "grey"]);
+    assert_eq!(scene.materials.iter().map(|m| m.albedo).collect::<Vec<_>>(), [[0.8; 3]; 2]);
+
+    let obj = format!("mtllib m.mtl\nusemtl brik\n{TRIANGLE}");
+    let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", b"newmtl brick\nKd 1 0 0\n")], "m.obj");
+    assert_warns(&scene, &["m.obj:2:", "`brik`", "`brick`", "grey"]);
+    // No usemtl at all is nothing to warn of.
+    let scene = load(&[("m.obj", TRIANGLE.as_bytes())], "m.obj");
+    assert_eq!((scene.warnings.len(), scene.materials), (0, vec![Material::default()]));
+}
+
+#[test]
+fn libraries_are_found_wherever_they_are_named() {
+    // Below their use; two in one line; a name with a blank.
+    for (line, names) in [("a.mtl b.mtl", ["a.mtl", "b.mtl"]), ("my lib.mtl", ["my lib.mtl", "x.mtl"])] {
+        let obj = format!("usemtl m\n{TRIANGLE}mtllib {line}\n");
+        let [first, second] = names;
+        let files: [(&str, &[u8]); 3] =
+            [("m.obj", obj.as_bytes()), (first, b"newmtl m\nKd 1 0 0\n"), (second, b"newmtl n\nKd 0 1 0\n")];
+        let scene = load(&files, "m.obj");
+        assert_eq!(scene.warnings, [""; 0]);
+        assert_eq!(scene.materials[0].albedo, [1.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,109 @@
+//! How light moves: every WGSL shader of the project, linked and validated when the crate is
+//! built, with a table of what each one binds. No graphics interface is used here.
+
+/// A linked WGSL module.
+#[derive(Debug, PartialEq)]
+pub struct Shader {
+    /// Path under `wgsl/` without the ending, then `+feature` for each feature that is on.
+    pub name: &'static str,
+    /// Plain WGSL.
+    pub source: &'static str,
+    /// Entry points in source order.
+    pub entry_points: &'static [EntryPoint],
+    /// Names of the pipeline-overridable constants.
+    pub overrides: &'static [&'static str],
+}
+
+/// One entry point and the resources that it uses.
+#[derive(Debug, PartialEq)]
+pub struct EntryPoint {
+    /// Function name.
+    pub name: &'static str,
+    /// Pipeline stage.
+    pub stage: Stage,
+    /// Invocations of a workgroup along x, y and z; zero outside compute.
+    pub workgroup_size: [u32; 3],
+    /// Resources that the entry point reaches.
+    pub bindings: &'static [Binding],
+}
+
+/// Pipeline stage of an entry point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Vertex shader.
+    Vertex,
+    /// Fragment shader.
+    Fragment,
+    /// Compute shader.
+    Compute,
+}
+
+/// One resource variable.
+#[derive(Debug, PartialEq)]
+pub struct Binding {
+    /// Name of the WGSL variable; the renderer binds by it.
+    pub name: &'static str,
+    /// Bind group.
+    pub group: u32,
+    /// Index within the group.
+    pub index: u32,
+    /// What kind of resource it is.
+    pub kind: BindingKind,
+}
+
+/// Kind of a resource variable.
+#[derive(Debug, PartialEq)]
+pub enum BindingKind {
+    /// Uniform buffer holding a struct.
+    Uniform {
+        /// Bytes.
+        size: u32,
+        /// Fields of the struct.
+        members: &'static [Member],
+    },
+    /// Storage buffer.
+    Storage {
+        /// Whether the shader may write to it.
+        writable: bool,
+    },
+    /// Sampled or loaded texture.
+    Texture {
+        /// Whether it is an array of textures.
+        arrayed: bool,
+    },
+    /// Storage texture; the format carries naga's name.
+    StorageTexture {
+        /// Texel format, for example `Rgba16Float`.
+        format: &'static str,
+    },
+    /// Sampler.
+    Sampler {
+        /// Whether it compares depths.
+        comparison: bool,
+    },
+}
+
+/// A field of a uniform struct.
+#[derive(Debug, PartialEq)]
+pub struct Member {
+    /// Field name.
+    pub name: &'static str,
+    /// Offset, bytes.
+    pub offset: u32,
+    /// Size, bytes.
+    pub size: u32,
+}
+
+include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+
+/// The shader of this name, for example `hierarchical/gather` or `gbuffer/gbuffer+emitters`.
+pub fn shader(name: &str) -> Option<&'static Shader> {
+    SHADERS.iter().find(|shader| shader.name == name)
+}
+
+impl Shader {
+    /// The entry point of this name.
+    pub fn entry_point(&self, name: &str) -> Option<&'static EntryPoint> {
+        self.entry_points.iter().find(|entry| entry.name == name)
+    }
+}

@@ -1,0 +1,60 @@
+// Small functions that every pass shares.
+
+const PI: f32 = 3.14159265358979;
+
+/// float16's largest number: what is stored in that format is clamped to it, never infinite.
+const LARGEST_FLOAT16: f32 = 65504.0;
+/// Radiance is stored up to here, so that the sum of a whole screen stays within float32.
+const LARGEST_RADIANCE: f32 = 1e30;
+
+/// Octahedral map of a unit vector to the square -1..1 (Cigolle et al. 2014).
+fn octahedral_encode(n: vec3f) -> vec2f {
+    let p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
+    let folded = (1.0 - abs(p.yx)) * select(vec2f(-1.0), vec2f(1.0), p >= vec2f(0.0));
+    return select(p, folded, n.z < 0.0);
+}
+
+/// Direction that `octahedral_encode` was given, with a length between 0.57 and 1: enough where
+/// only ratios matter, and a square root cheaper.
+fn octahedral_direction(e: vec2f) -> vec3f {
+    let z = 1.0 - abs(e.x) - abs(e.y);
+    let fold = vec2f(max(-z, 0.0));
+    return vec3f(e + select(fold, -fold, e >= vec2f(0.0)), z);
+}
+
+/// Inverse of `octahedral_encode`; unit length.
+fn octahedral_decode(e: vec2f) -> vec3f {
+    return normalize(octahedral_direction(e));
+}
+
+/// PCG in three dimensions (Jarzynski & Olano 2020): three well-mixed words from three.
+fn pcg3d(value: vec3u) -> vec3u {
+    var v = value * 1664525u + 1013904223u;
+    v.x += v.y * v.z;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v ^= v >> vec3u(16u);
+    v.x += v.y * v.z;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    return v;
+}
+
+/// The one source of random numbers: three of them, uniform in [0, 1), from a hash of pixel,
+/// frame, stream and seed.
+fn random3(pixel: vec2u, frame: u32, stream: u32, seed: u32) -> vec3f {
+    let word = pcg3d(vec3u(pixel.x | (pixel.y << 16u), frame, stream ^ (seed * 0x9E3779B9u)));
+    // 24 bits fill a float32 mantissa exactly, so 1.0 is never reached.
+    return vec3f(word >> vec3u(8u)) * 5.9604644775390625e-8;
+}
+
+/// Two random numbers for each pixel that are spread evenly over neighbouring pixels too: the R2
+/// lattice (Roberts 2018) from a random start. Any pixel alone is uniform over frames; together, a
+/// 3x3 filter sees them cancel where independent numbers would leave blotches.
+fn spread2(pixel: vec2u, frame: u32, stream: u32, seed: u32) -> vec2f {
+    let start = random3(vec2u(0u), frame, stream, seed);
+    // 1 / g and 1 / g^2 of the plastic number g; the second row is the first one turned, so that the
+    // two numbers of a pixel do not move together.
+    let lattice = mat2x2f(0.7548776662466927, 0.5698402909980532, 0.5698402909980532, 0.2451223337533073);
+    return fract(start.xy + lattice * vec2f(pixel));
+}

@@ -1,0 +1,91 @@
+// The scene as the passes read it. Rust twin: renderer/src/scene_buffers.rs, which a test holds to
+// these layouts.
+import package::common::math::octahedral_decode;
+
+struct Vertex {
+    position: vec3f,
+    material: u32,
+    uv: vec2f,
+    // Octahedral, two signed 16-bit numbers.
+    normal: u32,
+    unused: u32,
+}
+
+struct Material {
+    albedo: vec3f,
+    // Index of the first word of a texture header in `texels`, or NO_TEXTURE.
+    albedo_texture: u32,
+    emission: vec3f,
+    alpha_texture: u32,
+    specular: vec3f,
+    phong_exponent: f32,
+}
+
+struct Light {
+    // Directional: unit direction of travel. Point and spot: world position.
+    vector: vec3f,
+    kind: u32,
+    // Directional: irradiance at normal incidence. Point and spot: radiant intensity.
+    intensity: vec3f,
+    // First layer of the shadow map.
+    shadow_layer: u32,
+    // Spot: unit axis, direction of travel.
+    axis: vec3f,
+    // Spot: angle of the edge and angle of full intensity, radians.
+    half_angle: f32,
+    full_intensity_half_angle: f32,
+    // Layers of the shadow map: 1, or 6 for the faces of a cube.
+    shadow_faces: u32,
+    unused_1: f32,
+    unused_2: f32,
+}
+
+const LIGHT_DIRECTIONAL: u32 = 0u;
+const LIGHT_POINT: u32 = 1u;
+const LIGHT_SPOT: u32 = 2u;
+
+const NO_TEXTURE: u32 = 0xffffffffu;
+
+fn vertex_normal(vertex: Vertex) -> vec3f {
+    return octahedral_decode(unpack2x16snorm(vertex.normal));
+}
+
+/// A texel is stored as 10 bits a channel of the square root of the linear value, so that dark
+/// tones keep their precision, and 2 bits of alpha.
+fn decode_texel(word: u32) -> vec4f {
+    let root = vec3f(vec3u(word, word >> 10u, word >> 20u) & vec3u(1023u)) / 1023.0;
+    return vec4f(root * root, f32(word >> 30u) / 3.0);
+}
+
+/// Light that arrives at `position` from one light if nothing is in between.
+struct Incidence {
+    // Unit direction towards the light.
+    direction: vec3f,
+    // Distance to the light; negative for one infinitely far away.
+    distance: f32,
+    // Irradiance on a surface facing the light.
+    irradiance: vec3f,
+}
+
+fn light_incidence(light: Light, position: vec3f) -> Incidence {
+    if light.kind == LIGHT_DIRECTIONAL {
+        return Incidence(-light.vector, -1.0, light.intensity);
+    }
+    let offset = light.vector - position;
+    let square = dot(offset, offset);
+    // A point on the light itself gets nothing: the limit is unbounded.
+    if square <= 0.0 {
+        return Incidence(vec3f(0.0, 1.0, 0.0), 0.0, vec3f(0.0));
+    }
+    let distance = sqrt(square);
+    let direction = offset / distance;
+    var intensity = light.intensity;
+    if light.kind == LIGHT_SPOT {
+        let angle = acos(clamp(dot(-direction, light.axis), -1.0, 1.0));
+        let width = light.half_angle - light.full_intensity_half_angle;
+        // A cone without a soft edge is a step.
+        let fade = select(f32(angle <= light.half_angle), (light.half_angle - angle) / width, width > 1e-6);
+        intensity *= saturate(fade);
+    }
+    return Incidence(direction, distance, intensity / square);
+}

@@ -1,0 +1,30 @@
+// variants: float16
+// final = direct + albedo * indirect (Soler 2009, section 4).
+@if(float16) import package::common::math::LARGEST_FLOAT16;
+
+@group(0) @binding(0) var direct: texture_2d<f32>;
+@group(0) @binding(1) var albedo: texture_2d<f32>;
+@group(0) @binding(2) var indirect: texture_2d<f32>;
+@if(!float16) @group(0) @binding(3) var final_image: texture_storage_2d<rgba32float, write>;
+@if(float16) @group(0) @binding(3) var final_image: texture_storage_2d<rgba16float, write>;
+
+// One invocation serves four pixels, a workgroup's width apart, so that starting it costs less than
+// its work and neighbours still read neighbours.
+const PIXELS: u32 = 4u;
+const WIDTH: u32 = 8u;
+
+@compute @workgroup_size(WIDTH, 8)
+fn composite(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let size = textureDimensions(final_image);
+    for (var i = 0u; i < PIXELS; i++) {
+        let pixel = vec2u((group.x * PIXELS + i) * WIDTH, group.y * 8u) + local.xy;
+        if all(pixel < size) {
+            let incident = textureLoad(indirect, pixel, 0).rgb;
+            var radiance = textureLoad(direct, pixel, 0).rgb + textureLoad(albedo, pixel, 0).rgb * incident;
+            @if(float16) {
+                radiance = min(radiance, vec3f(LARGEST_FLOAT16));
+            }
+            textureStore(final_image, pixel, vec4f(radiance, 1.0));
+        }
+    }
+}

@@ -1,0 +1,56 @@
+// Every pixel sums over every pixel (Equation 4 at full resolution, no hierarchy, no sampling): what
+// a hierarchical gather converges to when its estimator and its pyramid are perfect.
+import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
+import package::common::form_factor::{form_factor, pixel_area_factor};
+
+struct Params {
+    // Rows of sources that this pass sums over.
+    first_row: u32,
+    end_row: u32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var depth: texture_2d<f32>;
+@group(0) @binding(3) var normal: texture_2d<f32>;
+@group(0) @binding(4) var direct: texture_2d<f32>;
+@group(0) @binding(5) var partial_sum: texture_2d<f32>;
+@group(0) @binding(6) var indirect: texture_storage_2d<rgba32float, write>;
+
+override POINT_TO_DISC: bool = true;
+
+@compute @workgroup_size(8, 8)
+fn exhaustive(@builtin(global_invocation_id) id: vec3u) {
+    let size = textureDimensions(depth);
+    if any(id.xy >= size) {
+        return;
+    }
+    let own_depth = textureLoad(depth, id.xy, 0).x;
+    var sum = vec3f(0.0);
+    if own_depth > SKY_DEPTH {
+        if params.first_row > 0u {
+            sum = textureLoad(partial_sum, id.xy, 0).rgb;
+        }
+        let own_normal = textureLoad(normal, id.xy, 0).xyz;
+        // Lengths are counted in the receiver's depth, as `form_factor` asks.
+        let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), 1.0, view.tan_half_fov);
+        let area = pixel_area_factor(view.tan_half_fov, view.display_size);
+        for (var y = params.first_row; y < params.end_row; y++) {
+            // A sum of its own for each row keeps float32 rounding small.
+            var row = vec3f(0.0);
+            for (var x = 0u; x < size.x; x++) {
+                let texel = vec2u(x, y);
+                let d = textureLoad(depth, texel, 0).x;
+                let radiance = textureLoad(direct, texel, 0).rgb;
+                if d > SKY_DEPTH && any(radiance > vec3f(0.0)) {
+                    let source = view_position(uv_of_texel(texel, 1.0, view.display_size), d / own_depth, view.tan_half_fov);
+                    let source_normal = textureLoad(normal, texel, 0).xyz;
+                    row += radiance
+                        * form_factor(own_normal, source - position, source, source_normal, area, POINT_TO_DISC);
+                }
+            }
+            sum += row;
+        }
+    }
+    textureStore(indirect, id.xy, vec4f(sum, 1.0));
+}

@@ -1,0 +1,69 @@
+// variants: alpha_tested, textured, material_id
+// What the camera sees: depth, normal, albedo and, where a later pass looks materials up, which one.
+import package::common::view::{View, project};
+import package::common::scene::{Vertex, Material, vertex_normal, NO_TEXTURE};
+@if(alpha_tested || textured) import package::common::texture_pool::{texture_footprint, filter_footprint};
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
+@group(0) @binding(2) var<storage, read> materials: array<Material>;
+@if(alpha_tested || textured) @group(0) @binding(3) var<storage, read> texels: array<u32>;
+
+struct Varyings {
+    @builtin(position) clip: vec4f,
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) uv: vec2f,
+    @location(3) @interpolate(flat, either) material: u32,
+}
+
+struct Targets {
+    @location(0) depth: f32,
+    @location(1) normal: vec4f,
+    @location(2) albedo: vec4f,
+    @if(material_id) @location(3) material: u32,
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
+    let source = vertices[index];
+    let position = (view.world_to_view * vec4f(source.position, 1.0)).xyz;
+    let normal = (view.world_to_view * vec4f(vertex_normal(source), 0.0)).xyz;
+    let clip = project(position, view.tan_half_fov, view.near);
+    return Varyings(clip, position, normal, source.uv, source.material);
+}
+
+@if(alpha_tested || textured)
+fn sample_texture(start: u32, uv: vec2f) -> vec4f {
+    let footprint = texture_footprint(start, vec2u(texels[start], texels[start + 1u]), uv);
+    let i = footprint.indices;
+    return filter_footprint(vec4u(texels[i.x], texels[i.y], texels[i.z], texels[i.w]), footprint.weights);
+}
+
+@fragment
+fn fragment(in: Varyings) -> Targets {
+    // Where opposite vertex normals cancel, the triangle's own plane is the best answer.
+    let flat_normal = cross(dpdx(in.position), dpdy(in.position));
+    let material = materials[in.material];
+    @if(alpha_tested) {
+        if material.alpha_texture != NO_TEXTURE && sample_texture(material.alpha_texture, in.uv).a < 0.5 {
+            discard;
+        }
+    }
+    var albedo = material.albedo;
+    @if(textured) {
+        if material.albedo_texture != NO_TEXTURE {
+            albedo *= sample_texture(material.albedo_texture, in.uv).rgb;
+        }
+    }
+    var normal = select(flat_normal, in.normal, dot(in.normal, in.normal) > 1e-8);
+    normal = normalize(normal) * select(1.0, -1.0, dot(normal, in.position) > 0.0);
+    var targets: Targets;
+    targets.depth = -in.position.z;
+    targets.normal = vec4f(normal, 0.0);
+    targets.albedo = vec4f(albedo, 1.0);
+    @if(material_id) {
+        targets.material = in.material;
+    }
+    return targets;
+}

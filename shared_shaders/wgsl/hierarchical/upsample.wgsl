@@ -1,0 +1,159 @@
+// variants: to_display, float16
+// Brings the indirect light of one level to the next finer one and adds what was gathered there, or
+// with `to_display` brings it to full resolution. One invocation serves all children of a coarse
+// texel: they share its nine neighbours.
+import package::common::view::{View, SKY_DEPTH, uv_of_texel, texel_of_uv, view_position};
+import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
+@if(float16) import package::common::math::LARGEST_FLOAT16;
+import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, kernel_weights};
+
+struct Params {
+    // Widths of a texel of either level in full-resolution pixels.
+    fine_scale: f32,
+    coarse_scale: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var coarse_surfels: texture_2d<u32>;
+@group(0) @binding(3) var coarse_indirect: texture_2d<f32>;
+@if(!float16) @group(0) @binding(4) var indirect: texture_storage_2d<rgba32float, write>;
+@if(float16) @group(0) @binding(4) var indirect: texture_storage_2d<rgba16float, write>;
+@if(!to_display) @group(0) @binding(5) var surfels: texture_2d<u32>;
+@if(!to_display) @group(0) @binding(6) var gathered: texture_2d<f32>;
+@if(to_display) @group(0) @binding(5) var depth: texture_2d<f32>;
+@if(to_display) @group(0) @binding(6) var normal: texture_2d<f32>;
+
+// Children of a coarse texel along one axis.
+override CHILDREN: u32 = 2u;
+// 0 nearest, 1 linear, 2 spline (3x3).
+override KERNEL: u32 = 2u;
+// Whether this level gathered anything (single-level images leave levels out).
+override GATHERED: bool = true;
+
+struct Fine {
+    depth: f32,
+    normal: vec3f,
+    position: vec3f,
+}
+
+@if(!to_display)
+fn load_fine(texel: vec2u) -> Fine {
+    let words = textureLoad(surfels, texel, 0);
+    return Fine(
+        surfel_depth(words),
+        surfel_normal(words),
+        surfel_position(words, texel, params.fine_scale, view.display_size, view.tan_half_fov),
+    );
+}
+
+@if(to_display)
+fn load_fine(texel: vec2u) -> Fine {
+    let d = textureLoad(depth, texel, 0).x;
+    return Fine(
+        d,
+        textureLoad(normal, texel, 0).xyz,
+        view_position(uv_of_texel(texel, 1.0, view.display_size), d, view.tan_half_fov),
+    );
+}
+
+// A coarse texel; `depth` is 0 where there is no surface.
+struct Parent {
+    depth: f32,
+    normal: vec3f,
+    position: vec3f,
+    indirect: vec3f,
+}
+
+fn load_parent(texel: vec2i) -> Parent {
+    // Off the screen the words are zero, which reads as sky.
+    var words = vec4u(0u);
+    if all(vec2u(texel) < textureDimensions(coarse_surfels)) {
+        words = textureLoad(coarse_surfels, texel, 0);
+    }
+    return Parent(
+        surfel_depth(words),
+        surfel_normal(words),
+        surfel_position(words, vec2u(texel), params.coarse_scale, view.display_size, view.tan_half_fov),
+        textureLoad(coarse_indirect, clamp(texel, vec2i(0), vec2i(textureDimensions(coarse_surfels)) - 1), 0).rgb,
+    );
+}
+
+// The weighted sum so far, and the parent nearest in depth.
+struct Sum {
+    light: vec3f,
+    weight: f32,
+    closest: vec3f,
+    gap: f32,
+}
+
+fn add(sum: Sum, fine: Fine, inverse_tolerance: f32, parent: Parent, kernel: f32) -> Sum {
+    let shown = parent.depth > SKY_DEPTH;
+    let similarity = surface_weight(fine.position, fine.normal, parent.position, parent.normal, inverse_tolerance);
+    let weight = select(0.0, kernel * similarity, shown);
+    let gap = select(FAR, abs(parent.depth - fine.depth), shown);
+    return Sum(
+        sum.light + weight * parent.indirect,
+        sum.weight + weight,
+        select(sum.closest, parent.indirect, gap < sum.gap),
+        min(gap, sum.gap),
+    );
+}
+
+const FAR: f32 = 3.4e38;
+
+@compute @workgroup_size(8, 8)
+fn upsample(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(coarse_surfels)) {
+        return;
+    }
+    // The nine parents have names instead of places in an array, so that they stay in registers.
+    let at = vec2i(id.xy);
+    let parent_00 = load_parent(at + vec2i(-1, -1));
+    let parent_10 = load_parent(at + vec2i(0, -1));
+    let parent_20 = load_parent(at + vec2i(1, -1));
+    let parent_01 = load_parent(at + vec2i(-1, 0));
+    let parent_11 = load_parent(at);
+    let parent_21 = load_parent(at + vec2i(1, 0));
+    let parent_02 = load_parent(at + vec2i(-1, 1));
+    let parent_12 = load_parent(at + vec2i(0, 1));
+    let parent_22 = load_parent(at + vec2i(1, 1));
+    let fine_size = textureDimensions(indirect);
+    for (var child = 0u; child < CHILDREN * CHILDREN; child++) {
+        let texel = id.xy * CHILDREN + vec2u(child % CHILDREN, child / CHILDREN);
+        if any(texel >= fine_size) {
+            continue;
+        }
+        let fine = load_fine(texel);
+        let uv = uv_of_texel(texel, params.fine_scale, view.display_size);
+        let f = texel_of_uv(uv, params.coarse_scale, view.display_size) - (vec2f(id.xy) + 0.5);
+        let column = kernel_weights(KERNEL, f.x);
+        let row = kernel_weights(KERNEL, f.y);
+        let tolerance = inverse_tolerance(fine.depth, params.coarse_scale, view.tan_half_fov.y, view.display_size.y);
+        var sum = Sum(vec3f(0.0), 0.0, vec3f(0.0), FAR);
+        sum = add(sum, fine, tolerance, parent_00, column.x * row.x);
+        sum = add(sum, fine, tolerance, parent_10, column.y * row.x);
+        sum = add(sum, fine, tolerance, parent_20, column.z * row.x);
+        sum = add(sum, fine, tolerance, parent_01, column.x * row.y);
+        sum = add(sum, fine, tolerance, parent_11, column.y * row.y);
+        sum = add(sum, fine, tolerance, parent_21, column.z * row.y);
+        sum = add(sum, fine, tolerance, parent_02, column.x * row.z);
+        sum = add(sum, fine, tolerance, parent_12, column.y * row.z);
+        sum = add(sum, fine, tolerance, parent_22, column.z * row.z);
+        // Where no parent shows this surface, the one nearest in depth is the best guess.
+        var result = select(sum.closest, sum.light / max(sum.weight, MIN_WEIGHT), sum.weight > MIN_WEIGHT);
+        @if(!to_display) {
+            if GATHERED {
+                result += textureLoad(gathered, texel, 0).rgb;
+            }
+        }
+        result = select(vec3f(0.0), result, fine.depth > SKY_DEPTH);
+        @if(float16) {
+            result = min(result, vec3f(LARGEST_FLOAT16));
+        }
+        textureStore(indirect, texel, vec4f(result, 1.0));
+    }
+}
+
+// Weights sum to at most one; under this the parents agree on nothing.
+const MIN_WEIGHT: f32 = 1e-4;

@@ -1,0 +1,45 @@
+// variants: alpha_tested
+// Depth as one light (or one of the six faces around it) sees it.
+import package::common::scene::{Vertex, Material, NO_TEXTURE};
+@if(alpha_tested) import package::common::texture_pool::{texture_footprint, filter_footprint};
+
+struct Params {
+    world_to_clip: mat4x4f,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
+@if(alpha_tested) @group(0) @binding(2) var<storage, read> materials: array<Material>;
+@if(alpha_tested) @group(0) @binding(3) var<storage, read> texels: array<u32>;
+
+struct Varyings {
+    @builtin(position) clip: vec4f,
+    @if(alpha_tested) @location(0) uv: vec2f,
+    @if(alpha_tested) @location(1) @interpolate(flat, either) material: u32,
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
+    let source = vertices[index];
+    var out: Varyings;
+    out.clip = params.world_to_clip * vec4f(source.position, 1.0);
+    @if(alpha_tested) {
+        out.uv = source.uv;
+        out.material = source.material;
+    }
+    return out;
+}
+
+@if(alpha_tested)
+@fragment
+fn fragment(in: Varyings) {
+    let start = materials[in.material].alpha_texture;
+    if start != NO_TEXTURE {
+        let footprint = texture_footprint(start, vec2u(texels[start], texels[start + 1u]), in.uv);
+        let i = footprint.indices;
+        let words = vec4u(texels[i.x], texels[i.y], texels[i.z], texels[i.w]);
+        if filter_footprint(words, footprint.weights).a < 0.5 {
+            discard;
+        }
+    }
+}

@@ -1,0 +1,367 @@
+// Progressive path tracing. `primary` looks through the pixel centres once; every dispatch of
+// `paths` then adds samples to the sums of a range of 8 x 8 blocks of pixels.
+//
+// Radiance in here is multiplied by job.radiance_scale, a power of two that brings the brightest
+// source near 1, so that squares of it neither overflow nor vanish. Rust twin:
+// renderer/src/truth/.
+import package::common::math::{PI, octahedral_encode, octahedral_decode, random3};
+import package::common::scene::{Material, Light, NO_TEXTURE, light_incidence};
+import package::common::texture_pool::{texture_footprint, filter_footprint};
+import package::common::view::view_position;
+import package::truth::traversal::{
+    FAR, Ray, Hit, texels, triangles, place, traverse, cross_triangle, attributes_at,
+};
+
+struct Job {
+    world_to_view: mat4x4f,
+    view_to_world: mat4x4f,
+    tan_half_fov: vec2f,
+    width: u32,
+    height: u32,
+    // First 8 x 8 block of the dispatch and number of blocks, row by row.
+    first_block: u32,
+    block_count: u32,
+    // First sample of the dispatch and number of samples.
+    first_sample: u32,
+    sample_count: u32,
+    seed: u32,
+    light_count: u32,
+    // Half the diagonal of the scene's bounding box.
+    scene_radius: f32,
+    radiance_scale: f32,
+    // Range of the ambient occlusion; FAR for unlimited.
+    occlusion_radius: f32,
+}
+
+@group(0) @binding(0) var<uniform> job: Job;
+// 1 to 4 belong to package::truth::traversal.
+@group(0) @binding(5) var<storage, read> materials: array<Material>;
+@group(0) @binding(6) var<storage, read> lights: array<Light>;
+// Primary hits, one a pixel.
+@group(0) @binding(7) var<storage, read_write> surfaces: array<PrimarySurface>;
+// SUM_WORDS a pixel: rays traced (a bit pattern), then what the offsets below name.
+@group(0) @binding(8) var<storage, read_write> sums: array<f32>;
+
+/// Where the sums of an output start in a pixel's words, 0 where it is not asked for: a sum of
+/// three channels and a sum of their squares; for the ambient occlusion the count of open rays.
+override SUM_WORDS: u32 = 1u;
+override BOUNCE1: u32 = 0u;
+override INDIRECT: u32 = 0u;
+override ON_SCREEN: u32 = 0u;
+override OCCLUSION: u32 = 0u;
+/// Bounces of the longest path; 0 where only the ambient occlusion is asked for.
+override BOUNCES: u32 = 1u;
+/// Whether any triangle has holes.
+override HOLES: bool = false;
+
+/// A ray leaves a surface this part of the larger of |position| and the scene's radius away from
+/// it: 64 rounding steps of float32.
+const OFFSET: f32 = 7.62939453125e-6;
+/// Paths whose weight is under this may end early; Russian roulette makes up for it.
+const ROULETTE_WEIGHT: f32 = 0.1;
+
+/// What the eye sees through the centre of a pixel.
+struct PrimarySurface {
+    position: vec3f,
+    // Planar view depth; 0 where there is no surface.
+    depth: f32,
+    normal: vec3f,
+    // Geometric normal, facing the eye: octahedral, two signed 16-bit numbers.
+    geometric_normal: u32,
+    albedo: vec3f,
+    rays: u32,
+    // `radiance_scale` included.
+    direct: vec3f,
+    unused: u32,
+}
+
+/// A point on a surface, its normals turned towards the ray that found it.
+struct Surface {
+    position: vec3f,
+    // Shading normal.
+    normal: vec3f,
+    geometric_normal: vec3f,
+    albedo: vec3f,
+    emission: vec3f,
+}
+
+fn sample_texture(start: u32, uv: vec2f) -> vec4f {
+    let size = vec2u(texels[start], texels[start + 1u]);
+    let at = texture_footprint(start, size, uv);
+    let words = vec4u(texels[at.indices.x], texels[at.indices.y], texels[at.indices.z], texels[at.indices.w]);
+    return filter_footprint(words, at.weights);
+}
+
+fn trace(ray: Ray, reach: f32, any: bool) -> Hit {
+    return traverse(ray, reach, any, HOLES);
+}
+
+fn is_open(ray: Ray, reach: f32) -> bool {
+    return trace(ray, reach, true).distance == FAR;
+}
+
+/// The unit vector, or `fallback` where it has no direction.
+fn unit_or(v: vec3f, fallback: vec3f) -> vec3f {
+    let square = dot(v, v);
+    return select(fallback, v * inverseSqrt(square), square > 1e-30 && square < 1e30);
+}
+
+fn surface_at(hit: Hit, ray: Ray) -> Surface {
+    let corner = bitcast<vec3f>(textureLoad(triangles, place(hit.slot * 3u)).xyz);
+    let edge_1 = bitcast<vec3f>(textureLoad(triangles, place(hit.slot * 3u + 1u)).xyz);
+    let edge_2 = bitcast<vec3f>(textureLoad(triangles, place(hit.slot * 3u + 2u)).xyz);
+    let weights = cross_triangle(hit.slot, ray).weights;
+    let on_it = attributes_at(hit.slot, weights);
+    // Edges relative to their own length: the cross product of tiny ones would vanish.
+    let size = max(max(abs(edge_1.x), abs(edge_1.y)), max(abs(edge_1.z), 1e-30));
+    var geometric = unit_or(cross(edge_1 / size, edge_2 / size), -normalize(ray.direction));
+    geometric = select(geometric, -geometric, dot(geometric, ray.direction) > 0.0);
+    var normal = unit_or(on_it.normal, geometric);
+    normal = select(normal, -normal, dot(normal, ray.direction) > 0.0);
+    let material = materials[on_it.material];
+    var albedo = material.albedo;
+    if material.albedo_texture != NO_TEXTURE {
+        albedo *= sample_texture(material.albedo_texture, on_it.uv).rgb;
+    }
+    return Surface(
+        corner + edge_1 * weights.x + edge_2 * weights.y,
+        normal,
+        geometric,
+        saturate(albedo),
+        material.emission * job.radiance_scale,
+    );
+}
+
+fn offset_length(position: vec3f) -> f32 {
+    let a = abs(position);
+    return OFFSET * max(max(max(a.x, a.y), max(a.z, job.scene_radius)), 1e-30);
+}
+
+/// A ray from a surface, started on the side that it leads to.
+fn ray_from(position: vec3f, geometric_normal: vec3f, direction: vec3f) -> Ray {
+    let offset = offset_length(position);
+    return Ray(position + geometric_normal * select(-offset, offset, dot(geometric_normal, direction) >= 0.0), direction);
+}
+
+/// Radiance that leaves the surface after direct lighting, plus emission: `direct` of spec.
+fn direct_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
+    var irradiance = vec3f(0.0);
+    for (var i = 0u; i < job.light_count; i++) {
+        let light = light_incidence(lights[i], surface.position);
+        let cosine = dot(surface.normal, light.direction);
+        if cosine <= 0.0 || all(light.irradiance <= vec3f(0.0)) {
+            continue;
+        }
+        let reach = select(light.distance - offset_length(surface.position), FAR, light.distance < 0.0);
+        *rays += 1u;
+        if is_open(ray_from(surface.position, surface.geometric_normal, light.direction), reach) {
+            irradiance += light.irradiance * cosine;
+        }
+    }
+    return surface.emission + surface.albedo / PI * (irradiance * job.radiance_scale);
+}
+
+/// A direction around `normal`, its density proportional to the cosine.
+fn cosine_direction(normal: vec3f, random: vec2f) -> vec3f {
+    let radius = sqrt(random.x);
+    let angle = 2.0 * PI * random.y;
+    // Branchless orthonormal basis (Duff et al. 2017).
+    let side = select(-1.0, 1.0, normal.z >= 0.0);
+    let a = -1.0 / (side + normal.z);
+    let b = normal.x * normal.y * a;
+    let tangent = vec3f(1.0 + side * normal.x * normal.x * a, side * b, -side * normal.x);
+    let bitangent = vec3f(b, side + normal.y * normal.y * a, -normal.y);
+    return normalize(
+        tangent * (radius * cos(angle)) + bitangent * (radius * sin(angle)) + normal * sqrt(max(1.0 - random.x, 1e-12)),
+    );
+}
+
+/// Pixel of an invocation; outside the image for padding.
+fn pixel_of(workgroup: vec3u, workgroups: vec3u, local: vec2u) -> vec2u {
+    let index = workgroup.y * workgroups.x + workgroup.x;
+    let block = job.first_block + index;
+    let per_row = (job.width + 7u) / 8u;
+    let pixel = vec2u(block % per_row, block / per_row) * 8u + local;
+    return select(vec2u(job.width, job.height), pixel, index < job.block_count);
+}
+
+@compute @workgroup_size(8, 8)
+fn primary(
+    @builtin(workgroup_id) workgroup: vec3u,
+    @builtin(num_workgroups) workgroups: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+) {
+    let pixel = pixel_of(workgroup, workgroups, local.xy);
+    if pixel.x >= job.width || pixel.y >= job.height {
+        return;
+    }
+    // Not normalised: its length along the axis is 1, so that distances are planar depths.
+    let uv = (vec2f(pixel) + 0.5) / vec2f(f32(job.width), f32(job.height));
+    let direction = (job.view_to_world * vec4f(view_position(uv, 1.0, job.tan_half_fov), 0.0)).xyz;
+    let ray = Ray(job.view_to_world[3].xyz, direction);
+    let hit = trace(ray, FAR, false);
+    var rays = 1u;
+    var result = PrimarySurface();
+    if hit.distance < FAR {
+        let surface = surface_at(hit, ray);
+        result.position = surface.position;
+        result.depth = hit.distance;
+        result.normal = surface.normal;
+        result.geometric_normal = pack2x16snorm(octahedral_encode(surface.geometric_normal));
+        result.albedo = surface.albedo;
+        result.direct = direct_radiance(surface, &rays);
+    }
+    result.rays = rays;
+    surfaces[pixel.y * job.width + pixel.x] = result;
+}
+
+/// Whether the eye sees this point, on the side that `from` sees, inside the image.
+fn is_on_screen(position: vec3f, geometric_normal: vec3f, rays: ptr<function, u32>) -> bool {
+    let p = (job.world_to_view * vec4f(position, 1.0)).xyz;
+    let eye = job.view_to_world[3].xyz;
+    if p.z >= 0.0 || any(abs(p.xy) > job.tan_half_fov * -p.z) || dot(eye - position, geometric_normal) <= 0.0 {
+        return false;
+    }
+    *rays += 1u;
+    // From the surface to the eye, at distance 1.
+    let start = position + geometric_normal * offset_length(position);
+    return is_open(Ray(start, eye - start), 1.0);
+}
+
+/// One sample of everything that is asked for.
+struct Sample {
+    bounce1: vec3f,
+    indirect: vec3f,
+    on_screen: vec3f,
+    open: f32,
+}
+
+fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<function, u32>) -> Sample {
+    var result = Sample();
+    var position = start.position;
+    var normal = start.normal;
+    var geometric = octahedral_decode(unpack2x16snorm(start.geometric_normal));
+    var weight = vec3f(1.0);
+    for (var bounce = 0u; bounce < BOUNCES; bounce++) {
+        let random = random3(pixel, index, bounce, job.seed);
+        let ray = ray_from(position, geometric, cosine_direction(normal, random.xy));
+        *rays += 1u;
+        let hit = trace(ray, FAR, false);
+        if bounce == 0u {
+            result.open = f32(hit.distance >= job.occlusion_radius);
+        }
+        if hit.distance == FAR {
+            break;
+        }
+        let surface = surface_at(hit, ray);
+        let radiance = direct_radiance(surface, rays);
+        if bounce == 0u {
+            result.bounce1 = radiance;
+            if ON_SCREEN != 0u && any(radiance > vec3f(0.0)) {
+                result.on_screen = select(vec3f(0.0), radiance, is_on_screen(surface.position, surface.geometric_normal, rays));
+            }
+        }
+        result.indirect += weight * radiance;
+        weight *= surface.albedo;
+        // Light paths live on with a chance that keeps their weight near ROULETTE_WEIGHT.
+        let heaviest = max(weight.x, max(weight.y, weight.z));
+        let survival = min(heaviest / ROULETTE_WEIGHT, 1.0);
+        if random.z >= survival {
+            break;
+        }
+        weight /= survival;
+        position = surface.position;
+        normal = surface.normal;
+        geometric = surface.geometric_normal;
+    }
+    return result;
+}
+
+/// Only the occlusion is asked for: any hit within the radius will do.
+fn sample_occlusion(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<function, u32>) -> Sample {
+    var result = Sample();
+    let direction = cosine_direction(start.normal, random3(pixel, index, 0u, job.seed).xy);
+    let geometric = octahedral_decode(unpack2x16snorm(start.geometric_normal));
+    *rays += 1u;
+    result.open = f32(is_open(ray_from(start.position, geometric, direction), job.occlusion_radius));
+    return result;
+}
+
+fn store_sum(at: u32, values: array<vec3f, 2>) {
+    for (var i = 0u; i < 3u; i++) {
+        sums[at + i] = values[0][i];
+        sums[at + 3u + i] = values[1][i];
+    }
+}
+
+fn load_sum(at: u32) -> array<vec3f, 2> {
+    return array(
+        vec3f(sums[at], sums[at + 1u], sums[at + 2u]),
+        vec3f(sums[at + 3u], sums[at + 4u], sums[at + 5u]),
+    );
+}
+
+@compute @workgroup_size(8, 8)
+fn paths(
+    @builtin(workgroup_id) workgroup: vec3u,
+    @builtin(num_workgroups) workgroups: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+) {
+    let pixel = pixel_of(workgroup, workgroups, local.xy);
+    if pixel.x >= job.width || pixel.y >= job.height {
+        return;
+    }
+    let index = pixel.y * job.width + pixel.x;
+    let start = surfaces[index];
+    if start.depth <= 0.0 {
+        return;
+    }
+    // Sums stay in registers over the samples and are added to one by one, so the result does not
+    // depend on how the samples were split into dispatches.
+    let at = index * SUM_WORDS;
+    var bounce1: array<vec3f, 2>;
+    var indirect: array<vec3f, 2>;
+    var on_screen: array<vec3f, 2>;
+    var open = 0.0;
+    var rays = bitcast<u32>(sums[at]);
+    if BOUNCE1 != 0u {
+        bounce1 = load_sum(at + BOUNCE1);
+    }
+    if INDIRECT != 0u {
+        indirect = load_sum(at + INDIRECT);
+    }
+    if ON_SCREEN != 0u {
+        on_screen = load_sum(at + ON_SCREEN);
+    }
+    if OCCLUSION != 0u {
+        open = sums[at + OCCLUSION];
+    }
+    for (var i = 0u; i < job.sample_count; i++) {
+        var result: Sample;
+        if BOUNCES == 0u {
+            result = sample_occlusion(pixel, start, job.first_sample + i, &rays);
+        } else {
+            result = sample_path(pixel, start, job.first_sample + i, &rays);
+        }
+        bounce1[0] += result.bounce1;
+        bounce1[1] += result.bounce1 * result.bounce1;
+        indirect[0] += result.indirect;
+        indirect[1] += result.indirect * result.indirect;
+        on_screen[0] += result.on_screen;
+        on_screen[1] += result.on_screen * result.on_screen;
+        open += result.open;
+    }
+    sums[at] = bitcast<f32>(rays);
+    if BOUNCE1 != 0u {
+        store_sum(at + BOUNCE1, bounce1);
+    }
+    if INDIRECT != 0u {
+        store_sum(at + INDIRECT, indirect);
+    }
+    if ON_SCREEN != 0u {
+        store_sum(at + ON_SCREEN, on_screen);
+    }
+    if OCCLUSION != 0u {
+        sums[at + OCCLUSION] = open;
+    }
+}

@@ -1,0 +1,357 @@
+//! Frame plans as data: no device is opened here.
+//!
+//! A plan lists what a scene and a setting ask for and nothing else, and what it lists fits the
+//! shaders that will run it.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeSet;
+
+use halflight_renderer::{
+    DirectLight, DirectSource, SceneFacts,
+    parameters::{Parameter, Role},
+    plan::{FramePlan, ResourceId, ResourceKind, Work},
+    plan_frame,
+    techniques::TECHNIQUES,
+};
+use halflight_scenes::{Light, Scene};
+use halflight_shared_shaders::{BindingKind, SHADERS, Shader, shader};
+use halflight_tests::{known, scenes, settings};
+
+fn plan(scene: &Scene, technique: &str, values: &[(&str, &str)], size: [u32; 2]) -> FramePlan {
+    let settings = settings(technique, values);
+    plan_frame(&SceneFacts::of(scene), known(technique), &settings, size, DirectSource::Rendered).unwrap()
+}
+
+fn passes(plan: &FramePlan) -> Vec<&str> {
+    plan.passes.iter().map(|pass| pass.name.as_str()).collect()
+}
+
+/// Names of everything that is not a pass, in order.
+fn resources(plan: &FramePlan) -> Vec<&str> {
+    plan.resources.iter().map(|resource| resource.name.as_str()).collect()
+}
+
+/// What the second list has and the first has not.
+fn added<'a>(before: &[&'a str], after: &[&'a str]) -> Vec<&'a str> {
+    assert!(before.iter().all(|name| after.contains(name)), "{before:?} lost something in {after:?}");
+    after.iter().copied().filter(|name| !before.contains(name)).collect()
+}
+
+const SIZE: [u32; 2] = [128, 72];
+
+#[test]
+fn a_plain_scene_has_no_pass_that_it_does_not_need() {
+    let scene = scenes::court();
+    let none = plan(&scene, "none", &[], SIZE);
+    assert_eq!(passes(&none), ["gbuffer", "shadow_0", "direct"]);
+    let given = ["scene.vertices", "scene.materials"];
+    let own = ["depth", "normal", "albedo", "depth_test", "shadow_maps", "shadow_layers", "direct"];
+    assert_eq!(resources(&none), [&given[..], &own, &["scene.lights"]].concat());
+    // Without indirect light the direct image is the final one: no copy of it is made.
+    assert_eq!(none.outputs["final"], none.outputs["direct"]);
+
+    let hierarchical = plan(&scene, "hierarchical", &[("levels", "4"), ("start_resolution", "quarter")], SIZE);
+    let pyramid = ["pyramid_2", "pyramid_4", "pyramid_8", "pyramid_16", "pyramid_32"];
+    let gather = ["gather_0", "gather_1", "gather_2", "gather_3"];
+    let combine = ["combine_2", "combine_1", "combine_0", "upsample", "composite"];
+    assert_eq!(added(&passes(&none), &passes(&hierarchical)), [&pyramid[..], &gather, &combine].concat());
+    let surfels = ["surfels_2", "surfels_4", "surfels_8", "surfels_16", "surfels_32"];
+    let gathered = ["gathered_0", "gathered_1", "gathered_2", "gathered_3"];
+    let combined = ["combined_2", "combined_1", "combined_0", "indirect", "final"];
+    assert_eq!(added(&resources(&none), &resources(&hierarchical)), [&surfels[..], &gathered, &combined].concat());
+    // No variant that the scene did not ask for either.
+    let shaders: Vec<&str> = hierarchical.passes[..3].iter().map(|pass| pass.shader.as_str()).collect();
+    assert_eq!(shaders, ["gbuffer/gbuffer", "shadow/shadow_map", "direct/direct_light+lit"]);
+}
+
+#[test]
+fn each_need_adds_exactly_its_own() {
+    let plain = scenes::court();
+    let before = plan(&plain, "hierarchical", &[], SIZE);
+    let check = |changed: fn(&mut Scene), resources_added: &[&str], passes_added: &[&str], shaders: [&str; 3]| {
+        let mut scene = plain.clone();
+        changed(&mut scene);
+        let after = plan(&scene, "hierarchical", &[], SIZE);
+        assert_eq!(added(&resources(&before), &resources(&after)), resources_added);
+        assert_eq!(added(&passes(&before), &passes(&after)), passes_added);
+        let of = |name| after.find(name).unwrap().shader.as_str();
+        assert_eq!([of("gbuffer"), of("shadow_0"), of("direct")], shaders);
+    };
+    let (shadow, direct) = ("shadow/shadow_map", "direct/direct_light+lit");
+    check(
+        |scene| scene.materials[0].emission = [1.0; 3],
+        &["material"],
+        &[],
+        ["gbuffer/gbuffer+material_id", shadow, "direct/direct_light+lit+emitters"],
+    );
+    check(
+        |scene| scene.materials[0].albedo_texture = Some(0),
+        &["scene.texels"],
+        &[],
+        ["gbuffer/gbuffer+textured", shadow, direct],
+    );
+    check(
+        |scene| scene.materials[0].alpha_texture = Some(0),
+        &["scene.texels"],
+        &[],
+        ["gbuffer/gbuffer+alpha_tested", "shadow/shadow_map+alpha_tested", direct],
+    );
+    // What no pass of this technique can show yet costs nothing: glossy materials.
+    check(|scene| scene.materials[0].specular = [0.5; 3], &[], &[], ["gbuffer/gbuffer", shadow, direct]);
+    check(|scene| scene.lights.push(scenes::sun()), &[], &["shadow_1"], ["gbuffer/gbuffer", shadow, direct]);
+    // A point light needs the six faces of a cube.
+    check(
+        |scene| scene.lights.push(Light::Point { position: [0.0, 2.0, 0.0], intensity: [1.0; 3] }),
+        &[],
+        &["shadow_1", "shadow_2", "shadow_3", "shadow_4", "shadow_5", "shadow_6"],
+        ["gbuffer/gbuffer", shadow, direct],
+    );
+}
+
+#[test]
+fn without_lights_there_are_no_shadow_maps() {
+    let mut scene = scenes::court();
+    scene.lights.clear();
+    let plan = plan(&scene, "none", &[], SIZE);
+    assert_eq!(passes(&plan), ["gbuffer", "direct"]);
+    assert_eq!(
+        resources(&plan),
+        ["scene.vertices", "scene.materials", "depth", "normal", "albedo", "depth_test", "direct"]
+    );
+    assert_eq!(plan.find("direct").unwrap().shader, "direct/direct_light");
+}
+
+#[test]
+fn direct_light_that_is_given_is_not_made() {
+    let facts = SceneFacts::of(&scenes::court());
+    let plan = plan_frame(&facts, known("none"), &settings("none", &[]), SIZE, DirectSource::Given).unwrap();
+    assert_eq!(passes(&plan), ["gbuffer"]);
+    assert_eq!(plan.resources[plan.outputs["direct"].0].kind, ResourceKind::External);
+}
+
+#[test]
+fn settings_of_the_gather_change_what_they_name() {
+    let scene = scenes::court();
+    let technique = |values: &[(&str, &str)]| {
+        let plan = plan(&scene, "hierarchical", values, SIZE);
+        plan.passes[3..].iter().map(|pass| pass.name.clone()).collect::<Vec<_>>()
+    };
+    // A full start packs the G-buffer as it is, and its last level is the image.
+    assert_eq!(
+        technique(&[("start_resolution", "full"), ("levels", "2")]),
+        ["pyramid_1", "pyramid_2", "gather_0", "gather_1", "combine_0", "composite"]
+    );
+    assert_eq!(
+        technique(&[("start_resolution", "half"), ("levels", "1")]),
+        ["pyramid_2", "gather_0", "upsample", "composite"]
+    );
+    assert_eq!(technique(&[("start_resolution", "full"), ("levels", "1")]), ["pyramid_1", "gather_0", "composite"]);
+    // A single level: nothing coarser than it is made, and nothing else is gathered.
+    assert_eq!(
+        technique(&[("start_resolution", "half"), ("levels", "4"), ("only_level", "1")]),
+        ["pyramid_2", "pyramid_4", "gather_1", "combine_0", "upsample", "composite"]
+    );
+    assert_eq!(
+        technique(&[("start_resolution", "half"), ("levels", "4"), ("only_level", "0")]),
+        ["pyramid_2", "gather_0", "upsample", "composite"]
+    );
+}
+
+#[test]
+fn a_level_that_does_not_exist_is_refused() {
+    let values = settings("hierarchical", &[("levels", "2"), ("only_level", "2")]);
+    let facts = SceneFacts::of(&scenes::court());
+    let error =
+        plan_frame(&facts, known("hierarchical"), &values, SIZE, DirectSource::Rendered).unwrap_err().to_string();
+    assert!(error.contains("only_level") && error.contains("2 levels"), "{error}");
+}
+
+#[test]
+fn the_memory_of_the_technique_is_what_its_textures_hold() {
+    // 128x72, quarter start, 2 levels, float32: surfels 64x36, 32x18 and 16x9, light gathered 32x18
+    // and 16x9 and combined 32x18, indirect and final 128x72; 16 bytes each.
+    let values = [("start_resolution", "quarter"), ("levels", "2"), ("storage", "float32")];
+    let texels = 64 * 36 + 32 * 18 + 16 * 9 + (32 * 18 + 16 * 9) + 32 * 18 + 2 * 128 * 72;
+    assert_eq!(plan(&scenes::court(), "hierarchical", &values, SIZE).technique_bytes(), 16 * texels);
+}
+
+/// Shaders in the folder of a technique.
+fn shaders_of(technique: &str) -> Vec<&'static Shader> {
+    let folder = format!("{technique}/");
+    SHADERS.iter().filter(|shader| shader.name.starts_with(&folder)).collect()
+}
+
+fn overrides(parameters: &[Parameter]) -> BTreeSet<&'static str> {
+    parameters.iter().filter_map(|p| if let Role::Override(name) = p.role { Some(name) } else { None }).collect()
+}
+
+#[test]
+fn override_parameters_and_override_constants_are_the_same() {
+    // Set by the plan itself: children of a texel, whether a level gathered, number of lights.
+    let by_plan = |folder: &str| match folder {
+        "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED"]),
+        "direct" => BTreeSet::from(["LIGHTS"]),
+        _ => BTreeSet::new(),
+    };
+    let mut declared: Vec<(&str, Vec<Parameter>)> = TECHNIQUES.iter().map(|t| (t.name, (t.parameters)())).collect();
+    declared.push(("direct", DirectLight::parameters()));
+    for (folder, parameters) in declared {
+        let of_shaders: BTreeSet<&str> =
+            shaders_of(folder).iter().flat_map(|shader| shader.overrides).copied().collect();
+        let of_parameters = overrides(&parameters);
+        assert!(of_parameters.is_disjoint(&by_plan(folder)), "{folder}");
+        assert_eq!(&of_parameters | &by_plan(folder), of_shaders, "{folder}");
+    }
+}
+
+/// Scenes that ask for every combination of G-buffer and direct light variants.
+fn needs() -> Vec<Scene> {
+    let mut all = Vec::new();
+    for bits in 0..32 {
+        let mut scene = scenes::court();
+        let on = |bit: u32| bits >> bit & 1 == 1;
+        scene.materials[0].emission = [f32::from(u8::from(on(0))); 3];
+        scene.materials[0].albedo_texture = on(1).then_some(0);
+        scene.materials[1].alpha_texture = on(2).then_some(0);
+        if on(3) {
+            scene.lights.push(Light::Point { position: [0.0; 3], intensity: [1.0; 3] });
+        }
+        if on(4) {
+            scene.lights.remove(0);
+        }
+        all.push(scene);
+    }
+    all.push(Scene::default());
+    all
+}
+
+/// Every combination of the values that change a plan.
+fn technique_plans() -> Vec<FramePlan> {
+    let scene = scenes::court();
+    let mut all = Vec::new();
+    for size in [[1, 1], [3, 1], [1, 9], [64, 36], [1279, 717]] {
+        all.push(plan(&scene, "exhaustive", &[], size));
+        for start_resolution in ["full", "half", "quarter"] {
+            for levels in ["1", "2", "4", "8"] {
+                for storage in ["float16", "float32"] {
+                    for only_level in ["all", "0", "1", "3", "7"] {
+                        if only_level.parse().is_ok_and(|level: u32| level >= levels.parse().unwrap()) {
+                            continue;
+                        }
+                        let values = [
+                            ("start_resolution", start_resolution),
+                            ("levels", levels),
+                            ("storage", storage),
+                            ("only_level", only_level),
+                        ];
+                        all.push(plan(&scene, "hierarchical", &values, size));
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
+fn every_plan() -> Vec<FramePlan> {
+    let scenes = needs();
+    scenes.iter().map(|scene| plan(scene, "hierarchical", &[], SIZE)).chain(technique_plans()).collect()
+}
+
+#[test]
+fn every_plan_fits_its_shaders() {
+    for plan in every_plan() {
+        for pass in &plan.passes {
+            let what = format!("{} of {:?}", pass.name, plan.display_size);
+            let shader = shader(&pass.shader).unwrap_or_else(|| panic!("{what}: no shader {}", pass.shader));
+            let bindings: Vec<_> = shader.entry_points.iter().flat_map(|entry| entry.bindings).collect();
+            let sorted = |names: Vec<&'static str>| names.into_iter().collect::<BTreeSet<_>>();
+            // A constant that is not set would silently keep the shader's default.
+            let constants = pass.constants.iter().map(|&(name, _)| name).collect();
+            assert_eq!(sorted(constants), sorted(shader.overrides.to_vec()), "{what}: constants");
+            // The view, the uniform block and samplers are made by the recording; the plan gives the rest.
+            let given = |kind: &BindingKind| !matches!(kind, BindingKind::Uniform { .. } | BindingKind::Sampler { .. });
+            let wanted = bindings.iter().filter(|b| given(&b.kind)).map(|b| b.name).collect();
+            let bound = pass.bindings.iter().map(|&(name, _)| name).collect();
+            assert_eq!(sorted(bound), sorted(wanted), "{what}: bindings");
+            let mut fields = Vec::new();
+            for binding in &bindings {
+                match (&binding.kind, binding.name) {
+                    (_, "view") => {}
+                    (BindingKind::Uniform { members, .. }, _) => {
+                        fields.extend(members.iter().map(|member| member.name))
+                    }
+                    (BindingKind::StorageTexture { format }, name) => {
+                        let id = pass.bindings.iter().find(|(bound, _)| *bound == name).unwrap().1;
+                        let ResourceKind::Texture { format: planned, .. } = &plan.resources[id.0].kind else {
+                            panic!("{what}: {name} is no texture");
+                        };
+                        assert_eq!(format!("{planned:?}"), *format, "{what}: {name}");
+                    }
+                    _ => {}
+                }
+            }
+            let set = pass.params.iter().map(|&(name, _)| name).collect();
+            assert_eq!(sorted(set), sorted(fields), "{what}: uniform fields");
+            if let Work::Dispatch { entry, .. } = pass.work {
+                assert!(shader.entry_point(entry).is_some(), "{what}: no entry point {entry}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_plan_reads_only_what_was_written_and_wastes_nothing() {
+    for plan in every_plan() {
+        let name = |id: &ResourceId| plan.resources[id.0].name.as_str();
+        let distinct = |names: Vec<&str>| names.iter().collect::<BTreeSet<_>>().len() == names.len();
+        assert!(distinct(passes(&plan)), "two passes share a name: {:?}", passes(&plan));
+        assert!(distinct(resources(&plan)), "two resources share a name: {:?}", resources(&plan));
+        let made = |id: &ResourceId| matches!(plan.resources[id.0].kind, ResourceKind::Texture { .. });
+        let mut written = BTreeSet::new();
+        let mut read = BTreeSet::new();
+        for pass in &plan.passes {
+            assert!(!pass.reason.is_empty(), "{} has no reason", pass.name);
+            let (reads, writes) = pass.reads_and_writes();
+            for id in reads.iter().filter(|id| made(id)) {
+                assert!(!writes.contains(id), "{} reads and writes {}", pass.name, name(id));
+                // The first part of an exhaustive sum binds the other texture and does not read it.
+                let unread = pass.name == "exhaustive_0" && name(id) == "sum_1";
+                assert!(unread || written.contains(id), "{} reads {} before it is written", pass.name, name(id));
+            }
+            read.extend(reads);
+            written.extend(writes);
+        }
+        for (index, resource) in plan.resources.iter().enumerate() {
+            let id = ResourceId(index);
+            assert!(!resource.reason.is_empty(), "{} has no reason", resource.name);
+            // A depth test is read by the pass that writes it; the second sum of a short exhaustive one only bound.
+            let result = plan.outputs.values().any(|&output| output == id);
+            assert!(result || read.contains(&id) || resource.name == "depth_test", "nobody reads {}", resource.name);
+        }
+    }
+}
+
+/// The file of a shader, without the features that are on.
+fn file(shader: &str) -> &str {
+    shader.split('+').next().unwrap()
+}
+
+#[test]
+fn every_shader_file_belongs_to_a_pass_that_some_plan_has() {
+    let planned: BTreeSet<String> =
+        every_plan().into_iter().flat_map(|plan| plan.passes).map(|pass| pass.shader).collect();
+    let planned: BTreeSet<&str> = planned.iter().map(|name| file(name)).collect();
+    // The path tracer and the benchmark of fetches dispatch their own shaders; they are no part of a frame.
+    let elsewhere = |name: &str| name.starts_with("truth/") || name == "hierarchical/fetch";
+    let all: BTreeSet<&str> = SHADERS.iter().map(|s| file(s.name)).filter(|name| !elsewhere(name)).collect();
+    assert_eq!(planned, all);
+}
+
+#[test]
+fn a_plan_prints_its_passes_and_their_reasons() {
+    let text = plan(&scenes::court(), "hierarchical", &[], SIZE).to_string();
+    for expected in ["gather_3", "pyramid_32", "hierarchical/gather", "surfels_4", "the image to show", "128x72"] {
+        assert!(text.contains(expected), "no {expected} in\n{text}");
+    }
+}

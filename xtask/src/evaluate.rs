@@ -1,0 +1,50 @@
+//! `cargo xtask evaluate`: the main job, from a fresh clone to a report.
+
+use std::process::ExitCode;
+
+use crate::{Stop, cargo, root, setup, typed};
+
+/// Builds the evaluator and runs a grid; `arguments` go to `evaluator run`.
+pub fn run(arguments: &[String]) -> Result<ExitCode, Stop> {
+    setup::system()?;
+    let (dev, arguments): (Vec<&str>, Vec<&str>) = arguments.iter().map(String::as_str).partition(|a| *a == "--dev");
+    let profile = if dev.is_empty() { "release" } else { "dev" };
+    let mut command = cargo(&["run", "--profile", profile, "--package", "halflight-evaluator", "--", "run"]);
+    for (option, value) in [("--grid", "grids/default.toml"), ("--out", "reports/default")] {
+        if value_of(&arguments, option).is_none() {
+            command.args([option, value]);
+        }
+    }
+    command.args(&arguments);
+    let name = typed(&command);
+    eprintln!("== {name}");
+    let status = command.status().map_err(|error| {
+        Stop::failed(format!("{name} does not start ({error}): install Rust from https://rustup.rs, then run again"))
+    })?;
+    if status.success() {
+        let page = root().join(value_of(&arguments, "--out").unwrap_or("reports/default")).join("index.html");
+        println!("Report: {}", page.display());
+    }
+    // The evaluator has said what went wrong; other codes are cargo's own.
+    Ok(status.code().and_then(|code| u8::try_from(code).ok()).filter(|code| *code <= 2).unwrap_or(1).into())
+}
+
+/// The value of an option, written `--option value` or `--option=value`.
+fn value_of<'a>(arguments: &[&'a str], option: &str) -> Option<&'a str> {
+    let apart = arguments.iter().position(|argument| *argument == option).and_then(|at| arguments.get(at + 1).copied());
+    apart.or_else(|| arguments.iter().find_map(|argument| argument.strip_prefix(option)?.strip_prefix('=')))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_are_found_in_both_forms() {
+        let arguments = ["--out", "a", "--grid=b.toml", "--output=c"];
+        assert_eq!(value_of(&arguments, "--out"), Some("a"));
+        assert_eq!(value_of(&arguments, "--grid"), Some("b.toml"));
+        assert_eq!(value_of(&arguments, "--adapter"), None);
+        assert_eq!(value_of(&arguments[3..], "--out"), None, "an option that only begins like this one");
+    }
+}

@@ -1,0 +1,117 @@
+//! Developer commands, run as `cargo xtask COMMAND`. No dependencies: the first command of a fresh clone starts at
+//! once.
+
+use std::{
+    env,
+    path::{Path, PathBuf},
+    process::{Command, ExitCode},
+    time::Instant,
+};
+
+mod evaluate;
+mod setup;
+mod test;
+
+const HELP: &str = "\
+Developer commands of Halflight.
+
+Usage: cargo xtask COMMAND
+
+Commands:
+  evaluate [--dev] [ARGUMENTS]  Measure a grid and write its report folder.
+                                ARGUMENTS go to `evaluator run`; --grid and --out replace grids/default.toml
+                                and reports/default. --dev builds in the profile that the tests use.
+  test                          Check formatting, lints (native and wasm32) and documentation, then run every test.
+
+Both first install what is missing, or say what to install. Paths are relative to the root of the workspace.
+Exit codes: 0 done, 1 failed, 2 bad input or something to install by hand.
+";
+
+/// Why a command stopped: its exit code and one sentence with the mend.
+#[derive(Debug)]
+struct Stop {
+    code: u8,
+    sentence: String,
+}
+
+impl Stop {
+    fn failed(sentence: impl Into<String>) -> Self {
+        Self { code: 1, sentence: sentence.into() }
+    }
+
+    fn bad_input(sentence: impl Into<String>) -> Self {
+        Self { code: 2, sentence: sentence.into() }
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    dispatch(&arguments).unwrap_or_else(|Stop { code, sentence }| {
+        eprintln!("error: {sentence}");
+        ExitCode::from(code)
+    })
+}
+
+fn dispatch(arguments: &[String]) -> Result<ExitCode, Stop> {
+    if arguments.iter().any(|argument| ["-h", "--help", "help"].contains(&argument.as_str())) {
+        print!("{HELP}");
+        return Ok(ExitCode::SUCCESS);
+    }
+    let Some((command, rest)) = arguments.split_first() else {
+        print!("{HELP}");
+        return Ok(ExitCode::from(2));
+    };
+    match (command.as_str(), rest) {
+        ("evaluate", rest) => evaluate::run(rest),
+        ("test", []) => test::run_all(),
+        ("test", [extra, ..]) => Err(Stop::bad_input(format!(
+            "cargo xtask test takes no argument, so not {extra}: to run some tests only, use cargo test"
+        ))),
+        ("web", _) => Err(Stop::bad_input(
+            "this version has no browser demo: its web crate only proves that the renderer compiles for wasm32",
+        )),
+        (unknown, _) => {
+            Err(Stop::bad_input(format!("there is no command {unknown}: choose evaluate or test, or ask for --help")))
+        }
+    }
+}
+
+/// The root of the workspace.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new(".")).to_path_buf()
+}
+
+/// The cargo that runs this program, at the root of the workspace.
+fn cargo(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.args(arguments).current_dir(root());
+    // Software Vulkan drivers complain where there is none, as on servers.
+    if env::var_os("XDG_RUNTIME_DIR").is_none() {
+        command.env("XDG_RUNTIME_DIR", env::temp_dir());
+    }
+    command
+}
+
+/// A command as one would type it.
+fn typed(command: &Command) -> String {
+    let name = Path::new(command.get_program()).file_stem().unwrap_or_default();
+    [name].into_iter().chain(command.get_args()).map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
+}
+
+/// Says what runs, runs it and waits.
+///
+/// # Errors
+/// Where it cannot start, or ends with a failure: one sentence that closes with `mend`.
+fn run(command: &mut Command, mend: &str) -> Result<(), Stop> {
+    let name = typed(command);
+    eprintln!("== {name}");
+    let start = Instant::now();
+    match command.status() {
+        Ok(status) if status.success() => {
+            eprintln!("== done in {:.0} s", start.elapsed().as_secs_f64());
+            Ok(())
+        }
+        Ok(status) => Err(Stop::failed(format!("{name} failed ({status}): {mend}"))),
+        Err(error) => Err(Stop::failed(format!("{name} does not start ({error}): {mend}"))),
+    }
+}

@@ -176,7 +176,7 @@ impl Random {
 
 /// The shader's bound on Equation 2 at grazing angles, MIN_COS_BETA of form_factor.wgsl: it defines
 /// the sum that is meant, so the twin has it too.
-const MIN_COS_BETA: f64 = 1e-3;
+const MIN_COS_BETA: f64 = 0.02;
 
 fn slant(pixel: &Pixel) -> f64 {
     (-pixel.normal.dot(pixel.position)).max(MIN_COS_BETA * pixel.depth)

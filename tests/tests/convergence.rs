@@ -97,22 +97,22 @@ fn the_reference_is_the_exhaustive_sum() {
 }
 
 /// At the size the technique is made for. What is left is the pyramid's doing: a texel keeps one child's
-/// depth and normal. Measured: 0.975 to 1.040; 5 % is the promise.
+/// depth and normal. 5 % is the promise.
 fn mean_does_not_move(name: &str) {
     let scene = bundled(name);
     let reference = Reference::new(&scene, [1280, 720], 20_000, 1024);
     let mut failures = Vec::new();
-    // About as many samples in every row: frames make up for few samples.
+    // About as many samples in every row: frames make up for few samples. They leave noise of about 0.5 %.
     for (start, samples, frames) in [
-        ("full", "16", 3),
-        ("full", "64", 1),
-        ("full", "256", 1),
-        ("half", "16", 6),
-        ("half", "64", 3),
-        ("half", "256", 1),
-        ("quarter", "16", 16),
-        ("quarter", "64", 6),
-        ("quarter", "256", 2),
+        ("full", "16", 12),
+        ("full", "64", 4),
+        ("full", "256", 2),
+        ("half", "16", 24),
+        ("half", "64", 8),
+        ("half", "256", 3),
+        ("quarter", "16", 64),
+        ("quarter", "64", 24),
+        ("quarter", "256", 8),
     ] {
         let mut check = |extra: &[(&str, &str)]| {
             let base = [("disc_area", "texel"), ("start_resolution", start), ("samples", samples)];
@@ -129,6 +129,7 @@ fn mean_does_not_move(name: &str) {
             check(&[("ring", "2009"), ("radius", "40")]);
             check(&[("upsampling_kernel", "nearest")]);
             check(&[("upsampling_kernel", "linear")]);
+            check(&[("pyramid_filter", "vote")]);
         }
     }
     assert!(failures.is_empty(), "{name}: {failures:#?}");

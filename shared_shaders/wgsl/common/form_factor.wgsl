@@ -17,20 +17,24 @@ fn pixel_area_factor(tan_half_fov: vec2f, display_size: vec2f) -> f32 {
 
 /// Soler 2009, Equations 3 and 4: what one sample adds to `indirect` for each unit of radiance.
 ///
-/// `toward` leads from the receiver to the source (view space); `area` is K dP of Equation 2, so
-/// that the source's surface is ds = area d^3 / max(-dot(n, p), eps d).
+/// `toward` leads from the receiver to the source (view space), which stands at `ray * depth` where
+/// ray.z = -1; `area` is K dP of Equation 2, so that the source's surface is
+/// ds = area d^2 / max(-dot(n, ray), eps).
 ///
 ///     Equation 4:  cos+ R^2 / (r^2 + R^2),   R^2 = cos'+ ds / pi
 ///     Equation 3:  cos+ R^2 / r^2
 ///
-/// Both sides are multiplied by r and by max(-dot(n, p), eps d), so one square root and one division
-/// serve both equations, and the length of `source_normal` cancels: it need not be one. Lengths may
-/// be in any unit; callers take the receiver's depth, which keeps every product inside float32.
+/// Both sides are multiplied by r and by max(-dot(n, ray), eps), so one square root and one division
+/// serve both equations, and the length of `source_normal` cancels: it need be `normal_length` only
+/// within a factor of two, for eps. Other lengths may be in any unit; callers take the receiver's depth,
+/// which keeps every product inside float32.
 fn form_factor(
     receiver_normal: vec3f,
     toward: vec3f,
-    source_position: vec3f,
+    ray: vec3f,
+    depth: f32,
     source_normal: vec3f,
+    normal_length: f32,
     area: f32,
     point_to_disc: bool,
 ) -> f32 {
@@ -38,11 +42,10 @@ fn form_factor(
     // less than a mask around them.
     let receiver_cosine = max(dot(receiver_normal, toward), 0.0);
     let source_cosine = max(-dot(source_normal, toward), 0.0);
-    let depth = -source_position.z;
     let square = dot(toward, toward);
     let distance = sqrt(square);
-    let slant = max(-dot(source_normal, source_position), MIN_COS_BETA * depth);
-    let source = source_cosine * (area * (1.0 / PI)) * (depth * depth * depth);
+    let slant = max(-dot(source_normal, ray), MIN_COS_BETA * normal_length);
+    let source = source_cosine * (area * (1.0 / PI)) * (depth * depth);
     let denominator = distance * (distance * square * slant + select(0.0, source, point_to_disc));
     // Zero only where a point meets itself, and there the numerator is zero too.
     return receiver_cosine * source / max(denominator, SMALLEST);

@@ -14,17 +14,17 @@ fn octahedral_encode(n: vec3f) -> vec2f {
     return select(p, folded, n.z < 0.0);
 }
 
-/// Direction that `octahedral_encode` was given, with a length between 0.57 and 1: enough where
-/// only ratios matter, and a square root cheaper.
-fn octahedral_direction(e: vec2f) -> vec3f {
-    let z = 1.0 - abs(e.x) - abs(e.y);
+/// Direction that `octahedral_encode` was given, for an `e` multiplied by `one`, with a length between
+/// 0.57 and 1 times `one`: enough where only ratios matter, and a square root cheaper.
+fn octahedral_direction(e: vec2f, one: f32) -> vec3f {
+    let z = one - abs(e.x) - abs(e.y);
     let fold = vec2f(max(-z, 0.0));
     return vec3f(e + select(fold, -fold, e >= vec2f(0.0)), z);
 }
 
 /// Inverse of `octahedral_encode`; unit length.
 fn octahedral_decode(e: vec2f) -> vec3f {
-    return normalize(octahedral_direction(e));
+    return normalize(octahedral_direction(e, 1.0));
 }
 
 /// PCG in three dimensions (Jarzynski & Olano 2020): three well-mixed words from three.

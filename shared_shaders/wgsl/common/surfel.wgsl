@@ -9,7 +9,7 @@
 // The pixel offset names the full-resolution pixel, inside the texel's square, whose surface was
 // kept. Position is rebuilt through that pixel and not through the texel's centre: a coarse level of
 // a slanted plane stays exactly on that plane, and the plane does not light itself.
-import package::common::math::{LARGEST_RADIANCE, octahedral_encode, octahedral_decode};
+import package::common::math::{LARGEST_RADIANCE, octahedral_encode, octahedral_decode, octahedral_direction};
 import package::common::view::view_position;
 
 struct Surfel {
@@ -60,6 +60,14 @@ fn surfel_depth(words: vec4u) -> f32 {
 
 fn surfel_normal(words: vec4u) -> vec3f {
     return octahedral_decode(unpack2x16snorm(words.y));
+}
+
+/// What `pack2x16snorm` makes of 1.
+const SNORM_16: f32 = 32767.0;
+
+/// The normal with a length between 0.57 and 1 times SNORM_16: whole numbers need no scaling back.
+fn surfel_direction(words: vec4u) -> vec3f {
+    return octahedral_direction(vec2f(vec2i(vec2u(words.y << 16u, words.y)) >> vec2u(16u)), SNORM_16);
 }
 
 fn surfel_radiance(words: vec4u) -> vec3f {

@@ -43,10 +43,13 @@ fn exhaustive(@builtin(global_invocation_id) id: vec3u) {
                 let d = textureLoad(depth, texel, 0).x;
                 let radiance = textureLoad(direct, texel, 0).rgb;
                 if d > SKY_DEPTH && any(radiance > vec3f(0.0)) {
-                    let source = view_position(uv_of_texel(texel, 1.0, view.display_size), d / own_depth, view.tan_half_fov);
+                    let ray = view_position(uv_of_texel(texel, 1.0, view.display_size), 1.0, view.tan_half_fov);
+                    let relative = d / own_depth;
                     let source_normal = textureLoad(normal, texel, 0).xyz;
                     row += radiance
-                        * form_factor(own_normal, source - position, source, source_normal, area, POINT_TO_DISC);
+                        * form_factor(
+                            own_normal, ray * relative - position, ray, relative, source_normal, 1.0, area, POINT_TO_DISC,
+                        );
                 }
             }
             sum += row;

@@ -49,7 +49,7 @@ fn fetch(@builtin(global_invocation_id) id: vec3u) {
             direction.x * TURN.y + direction.y * TURN.x,
         );
         if all(abs(point - half_extent) < half_extent) {
-            sum += textureLoad(surfels, vec2u(point), 0);
+            sum += textureLoad(surfels, vec2i(floor(point)), 0);
         }
     }
     textureStore(sums, id.xy, vec4f(sum));

@@ -1,7 +1,9 @@
 // Indirect light that each texel of one level receives from a ring around it (Soler 2009, section 3.2).
-import package::common::math::{octahedral_direction, spread2};
+import package::common::math::spread2;
 import package::common::view::{View, SKY_DEPTH};
-import package::common::surfel::{surfel_depth, surfel_normal, surfel_offset, surfel_position, unpack_radiance};
+import package::common::surfel::{
+    SNORM_16, surfel_depth, surfel_direction, surfel_normal, surfel_offset, surfel_position, surfel_radiance,
+};
 import package::common::form_factor::{form_factor, pixel_area_factor};
 
 struct Params {
@@ -71,15 +73,16 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         // Black texels and sky carry zero radiance and need no test: a mask around the arithmetic costs
         // more than it saves.
         let on_screen = all(abs(point - half_extent) < half_extent);
-        let texel = vec2u(point);
-        let words = textureLoad(surfels, texel, 0);
+        let texel = floor(point);
+        let words = textureLoad(surfels, vec2i(texel), 0);
         let depth = surfel_depth(words) * unit;
-        let pixel = vec2f(texel) * params.scale + vec2f(surfel_offset(words));
-        let source = vec3f((pixel * ray_scale + ray_bias) * depth, -depth);
-        let source_normal = octahedral_direction(unpack2x16snorm(words.y));
-        let factor = form_factor(normal, source - position, source, source_normal, area, POINT_TO_DISC);
+        let pixel = texel * params.scale + vec2f(surfel_offset(words));
+        let ray = vec3f(pixel * ray_scale + ray_bias, -1.0);
+        let factor = form_factor(
+            normal, ray * depth - position, ray, depth, surfel_direction(words), SNORM_16, area, POINT_TO_DISC,
+        );
         // Outside, a load may give any texel, whose factor is finite all the same.
-        sum += unpack_radiance(words.z, words.w) * select(0.0, factor, on_screen);
+        sum += surfel_radiance(words) * select(0.0, factor, on_screen);
     }
     textureStore(gathered, id.xy, vec4f(sum * params.discs, 1.0));
 }

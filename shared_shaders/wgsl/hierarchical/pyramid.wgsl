@@ -25,8 +25,10 @@ override VOTE: bool = false;
 const G1_NEIGHBOUR: f32 = 0.60653066;
 // 1 - cosine between normals: half weight at about 30 degrees.
 const G2_WIDTH: f32 = 0.12;
-// Relative depth difference: half weight at about 6 %.
-const G3_WIDTH: f32 = 0.05;
+// Distance of the neighbour from the child's tangent plane, in widths of a child at its depth. The paper
+// takes the difference of their depths: then a slanted surface always loses to one that faces the eye, and
+// the light of floors and side walls with it (a sixth of all light in a box whose walls meet).
+const G3_WIDTH: f32 = 1.0;
 
 // Where neighbours support two children alike the one nearer to the middle of the screen wins: a choice
 // that mirrors when the scene does. Small against any difference in support.
@@ -67,8 +69,14 @@ fn position(pixel: vec2i, surfel: Surfel) -> vec3f {
     return view_position(at / view.display_size, surfel.depth, view.tan_half_fov);
 }
 
+/// Width that a child covers of a surface facing the eye at its depth, scene units.
+fn child_width(child: Surfel) -> f32 {
+    return 2.0 * params.child_scale * view.tan_half_fov.y / view.display_size.y * child.depth;
+}
+
 /// Equation 5: how much the L1 neighbourhood of a child looks like it.
 fn score(pixel: vec2i, child: Surfel) -> f32 {
+    let here = position(pixel, child);
     var sum = 1.0;
     for (var i = 0; i < 4; i++) {
         let neighbour = pixel + select(vec2i(0, 2 * i - 5), vec2i(2 * i - 1, 0), i < 2);
@@ -78,7 +86,7 @@ fn score(pixel: vec2i, child: Surfel) -> f32 {
         let other = load(neighbour);
         if other.depth > SKY_DEPTH {
             let bend = (1.0 - dot(other.normal, child.normal)) / G2_WIDTH;
-            let jump = (other.depth - child.depth) / (child.depth * G3_WIDTH);
+            let jump = dot(child.normal, position(neighbour, other) - here) / (G3_WIDTH * child_width(child));
             sum += G1_NEIGHBOUR * exp(-0.5 * (bend * bend + jump * jump));
         }
     }
@@ -88,8 +96,8 @@ fn score(pixel: vec2i, child: Surfel) -> f32 {
 /// Whether two children show the same surface, so that their radiance may be averaged: normals within
 /// 60 degrees and distance to the tangent plane under the width of the texel there.
 fn agree(kept: Surfel, kept_position: vec3f, other: Surfel, other_position: vec3f) -> bool {
-    let width = 4.0 * params.child_scale * view.tan_half_fov.y / view.display_size.y * kept.depth;
-    return dot(kept.normal, other.normal) > 0.5 && abs(dot(kept.normal, other_position - kept_position)) < width;
+    let distance = abs(dot(kept.normal, other_position - kept_position));
+    return dot(kept.normal, other.normal) > 0.5 && distance < 2.0 * child_width(kept);
 }
 
 @compute @workgroup_size(8, 8)

@@ -177,7 +177,7 @@ fn light_agrees(set: &Set, radius: f32, occlusion: &str, samples: u32) {
 #[test]
 fn cornell_light() {
     let Some(set) = cornell() else { return };
-    light_agrees(&set, 0.0, "ao", 96);
+    light_agrees(&set, 0.0, "ao", 256);
 }
 
 #[test]

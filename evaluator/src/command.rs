@@ -13,6 +13,7 @@ use halflight_renderer::{
 
 use crate::Error;
 
+mod explain;
 mod list;
 mod render;
 mod run;
@@ -36,6 +37,8 @@ enum Command {
     Plan(render::PlanArgs),
     /// Path-trace the truth of a scene; what was traced is cached and continued.
     Truth(truth::TruthArgs),
+    /// Say where the error of a technique comes from: noise, estimator, visibility, what the screen does not show.
+    Explain(explain::ExplainArgs),
     /// Compare two EXR or PNG images by every measure.
     Compare {
         /// The image.
@@ -98,6 +101,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::main(&args),
         Command::Truth(args) => truth::main(&args),
         Command::Compare { image, reference, json } => compare(&image, &reference, json),
+        Command::Explain(args) => explain::main(&args),
         Command::List(args) => list::main(&args),
     };
     match result {

@@ -3,6 +3,7 @@
 pub mod command;
 pub mod compare;
 pub mod error;
+pub mod explain;
 mod format;
 pub mod grid;
 pub mod measurement;

@@ -13,15 +13,16 @@ use crate::measurement::{self, Measurement};
 pub mod chart;
 mod grouping;
 mod html;
-mod markdown;
+pub(crate) mod markdown;
 mod measure;
 mod pareto;
 mod pictures;
 mod plots;
 mod published;
+pub(crate) mod simple_page;
 mod slice;
 mod strip;
-mod tables;
+pub(crate) mod tables;
 mod trade;
 
 pub use pareto::frontier;

@@ -124,7 +124,7 @@ pub struct Bars {
 /// What a piece of a bar stands for.
 #[derive(Clone, Debug)]
 pub struct Segment {
-    /// Name in the legend.
+    /// Name in the legend; empty = not listed.
     pub name: String,
     /// Colour by number; kindred segments share one.
     pub colour: usize,
@@ -317,10 +317,11 @@ impl Bars {
     pub fn draw(&self) -> Drawing {
         let left = text_room(self.bars.iter().map(|(name, _)| name.as_str())) + 16.0;
         let totals: Vec<f64> = self.bars.iter().map(|(_, values)| values.iter().sum()).collect();
-        let legend_room = text_room(self.segments.iter().map(|segment| segment.name.as_str())) + 44.0;
+        let listed = || self.segments.iter().filter(|segment| !segment.name.is_empty());
+        let legend_room = text_room(listed().map(|segment| segment.name.as_str())) + 44.0;
         let total_room = 64.0;
         let right = left + PLOT_WIDTH;
-        let floor = TOP + BAR_ROW * self.bars.len().max(self.segments.len()) as f64;
+        let floor = TOP + BAR_ROW * self.bars.len().max(listed().count()) as f64;
         let mut drawing = Drawing::new(&self.title, right + total_room + legend_room, floor + BOTTOM);
         let scale = Scale::around(totals.iter().copied().chain([0.0]), Spacing::Linear, [left, right]);
 
@@ -336,7 +337,8 @@ impl Bars {
             let mut start = 0.0;
             for (segment, value) in self.segments.iter().zip(values).filter(|(_, value)| **value > 0.0) {
                 let (from, to) = (scale.at(start), scale.at(start + value));
-                let label = format!("{name}\n{}: {} {}", segment.name, number(*value, 3), self.unit);
+                let of = if segment.name.is_empty() { String::new() } else { format!("{}: ", segment.name) };
+                let label = format!("{name}\n{of}{} {}", number(*value, 3), self.unit);
                 drawing.push(format_args!(
                     "<rect {} x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"><title>{}</title></rect>",
                     segment.look(),
@@ -349,7 +351,7 @@ impl Bars {
             }
             drawing.text("total", scale.at(*total) + 8.0, y + 16.0, &number(*total, 3));
         }
-        for (index, segment) in self.segments.iter().enumerate() {
+        for (index, segment) in listed().enumerate() {
             let (x, y) = (right + total_room, TOP + 3.0 + 20.0 * index as f64);
             let look = segment.look().replace(" point", "");
             drawing.push(format_args!("<rect {look} x=\"{x:.1}\" y=\"{y:.1}\" width=\"10\" height=\"10\"/>"));

@@ -16,7 +16,7 @@ use crate::format::number;
 use crate::metrics::colour_map;
 
 const PAGE: &str = include_str!("page.html");
-const STYLE: &str = include_str!("page.css");
+pub(super) const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// The whole page.
@@ -183,16 +183,16 @@ fn strips(part: &Part) -> String {
     heading("Level by level", caption) + &strips.iter().map(strip).collect::<String>()
 }
 
-fn figure(svg: &str) -> String {
+pub(super) fn figure(svg: &str) -> String {
     format!("<div class=\"plot\">{svg}</div>")
 }
 
 /// A table under its heading and caption.
-fn table(table: &Table) -> String {
+pub(super) fn table(table: &Table) -> String {
     heading(&table.title, &table.caption) + &rows(table)
 }
 
-fn heading(title: &str, caption: &str) -> String {
+pub(super) fn heading(title: &str, caption: &str) -> String {
     let caption =
         if caption.is_empty() { String::new() } else { format!("<p class=\"caption\">{}</p>", escape(caption)) };
     format!("<h3>{}</h3>{caption}", escape(title))

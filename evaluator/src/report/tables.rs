@@ -64,26 +64,26 @@ pub struct Cell {
 }
 
 impl Column {
-    pub(super) fn text(name: impl Into<String>) -> Self {
+    pub(crate) fn text(name: impl Into<String>) -> Self {
         Self { name: name.into(), unit: String::new(), meaning: String::new(), kind: Kind::Text }
     }
 
-    pub(super) fn numeric(name: impl Into<String>, unit: &str, meaning: &str) -> Self {
+    pub(crate) fn numeric(name: impl Into<String>, unit: &str, meaning: &str) -> Self {
         Self { name: name.into(), unit: unit.into(), meaning: meaning.into(), kind: Kind::Number }
     }
 }
 
 impl Cell {
-    pub(super) fn text(text: impl Into<String>) -> Self {
+    pub(crate) fn text(text: impl Into<String>) -> Self {
         Self { text: text.into(), ..Self::default() }
     }
 
-    pub(super) fn number(value: Option<f64>, digits: usize) -> Self {
+    pub(crate) fn number(value: Option<f64>, digits: usize) -> Self {
         Self { text: value.map_or(String::new(), |value| number(value, digits)), value, best: false }
     }
 
     /// Number of a row of results.csv, from 1.
-    pub(super) fn row(index: usize) -> Self {
+    pub(crate) fn row(index: usize) -> Self {
         Self { text: (index + 1).to_string(), value: Some(index as f64), best: false }
     }
 }

@@ -1,0 +1,87 @@
+//! `evaluator explain`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{SceneArgs, TechniqueArgs, parse_size};
+use crate::{
+    Error,
+    explain::{Explanation, Options},
+    session::{open_adapter, open_scene},
+};
+
+#[derive(Args)]
+pub(super) struct ExplainArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    technique: TechniqueArgs,
+    /// Image size, pixels; the exhaustive sum takes time with the square of their number.
+    #[arg(long, default_value = "320x180", value_parser = parse_size, value_name = "WxH")]
+    size: [u32; 2],
+    /// Frames that stand for the converged image.
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
+    frames: u32,
+    /// Samples a pixel of the truth.
+    #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..))]
+    samples_per_pixel: u32,
+    /// Direct light that the technique reads: rendered (shadow maps) or truth (path-traced).
+    #[arg(long, value_name = "SOURCE", default_value = "rendered", value_parser = ["rendered", "truth"])]
+    direct: String,
+    /// Adapter: any, gpu, software, or part of a name.
+    #[arg(long, default_value = "any")]
+    adapter: String,
+    /// Seed of the image that is explained.
+    #[arg(long, default_value_t = 0)]
+    seed: u32,
+    /// Folder for the page, the table, the chart and one picture a link.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
+    let (technique, settings) = args.technique.resolve()?;
+    let scene = open_scene(&args.scene.scene)?;
+    for warning in &scene.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let native = open_adapter(&args.adapter)?;
+    let options = Options {
+        technique,
+        settings,
+        size: args.size,
+        seed: args.seed,
+        frames: args.frames,
+        samples_per_pixel: args.samples_per_pixel,
+        direct_from_truth: args.direct == "truth",
+    };
+    let explanation = Explanation::measure(&native, &scene, &options)?;
+    let [width, height] = args.size;
+    let settings: Vec<String> = options.settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
+    let facts = [
+        ("Scene", scene.name.clone()),
+        ("Size", format!("{width}x{height}")),
+        ("Technique", technique.name.to_owned()),
+        ("Settings", if settings.is_empty() { "defaults".into() } else { settings.join(" ") }),
+        ("Direct light", args.direct.clone()),
+        ("Frames", args.frames.to_string()),
+        ("Samples a pixel of the truth", args.samples_per_pixel.to_string()),
+        ("Seed", args.seed.to_string()),
+        ("Adapter", native.info.name.clone()),
+        ("Commit", crate::run::COMMIT.to_owned()),
+    ];
+    if let Some(folder) = &args.out {
+        explanation.write(folder, &facts)?;
+        eprintln!("report: {}", folder.join("index.html").display());
+    }
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&explanation.rows()).map_err(|e| Error::Failed(e.to_string()))?);
+    } else {
+        print!("{explanation}");
+    }
+    Ok(())
+}

@@ -1,0 +1,345 @@
+//! `evaluator explain`: where the error of a technique comes from, link by link.
+//!
+//! ```text
+//! the image           ->  its direct light exact      direct light: shadow maps
+//! N samples           ->  converged                   noise
+//! converged           ->  exhaustive screen sum       estimator and hierarchy
+//! exhaustive sum      ->  on-screen truth             missing visibility
+//! on-screen truth     ->  truth of one bounce         off-screen and hidden light
+//! ```
+//!
+//! All of it on the linear image of `albedo * indirect`. Where the technique tests visibility itself, its link to the
+//! exhaustive sum is taken with visibility off, and what its own test changes counts to the visibility link.
+
+use std::path::Path;
+
+use halflight_native::{NativeGpu, cache::Cache, images::Rgb, truth::TruthSource};
+use halflight_renderer::{
+    parameters::{Settings, Value},
+    techniques::{Technique, technique},
+    truth::{Estimate, Request as TruthRequest, Stop},
+};
+use halflight_scenes::Scene;
+use serde::Serialize;
+
+use crate::{
+    Error,
+    format::number,
+    metrics::mean,
+    progress::Progress,
+    session::{Frames, Request, Session},
+};
+
+mod advice;
+pub mod chain;
+mod output;
+
+use chain::{Link, Moments, State, Uncertain, moments, picture};
+
+/// What to explain, and how well.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The technique.
+    pub technique: &'static Technique,
+    /// Its settings; those that are missing take their defaults.
+    pub settings: Settings,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Seed of the image that is explained.
+    pub seed: u32,
+    /// Frames of other seeds that stand for the converged image.
+    pub frames: u32,
+    /// Samples a pixel of the truth.
+    pub samples_per_pixel: u32,
+    /// Feed path-traced direct light to the technique, as the papers do: then there is no link of direct light.
+    pub direct_from_truth: bool,
+}
+
+/// Groups of independent estimates: enough for a standard error (known to a quarter of itself), few enough that each
+/// holds several frames.
+const GROUPS: u32 = 8;
+
+/// Where an error comes from.
+pub struct Explanation {
+    /// The links, in the order of the chain.
+    pub links: Vec<Link>,
+    /// Means and products, radiance.
+    pub moments: Moments,
+    /// Products weighted as in relMSE, 1 / (t^2 + 0.01 m^2): `square` is the image's relMSE, free of the truth's noise.
+    pub relative: Moments,
+    /// Mean of the truth, radiance: what errors are large or small against.
+    pub truth_mean: f64,
+    /// One sentence on what would help.
+    pub advice: String,
+    size: [u32; 2],
+    pictures: Vec<Vec<Rgb>>,
+    shown: Vec<Rgb>,
+    truth: Vec<Rgb>,
+    mask: Vec<bool>,
+}
+
+/// A link as a row of the table and of explain.json.
+#[derive(Debug, Serialize)]
+pub struct LinkRow {
+    /// Name.
+    pub link: &'static str,
+    /// Mean of the signed error, radiance; the links' sum is the bias.
+    pub bias: Uncertain,
+    /// Mean square of the link alone, radiance squared.
+    pub square: Uncertain,
+    /// Twice its products with all other links: what they cancel of each other or add.
+    pub cross: Uncertain,
+    /// Its share of the mean square error: square and half of the cross terms over the whole.
+    pub share: Uncertain,
+    /// The same share of relMSE.
+    pub relative_share: Uncertain,
+}
+
+impl Explanation {
+    /// Measures every link.
+    ///
+    /// # Errors
+    /// A setting out of range, or a device that was lost.
+    pub fn measure(native: &NativeGpu, scene: &Scene, options: &Options) -> Result<Self, Error> {
+        let session = Session::new(native, scene);
+        let traced = trace(native, scene, options)?;
+        let albedo = &traced.albedo;
+        let run = Run { session: &session, options, albedo, direct: &traced.direct };
+        let shown = run.image(options.technique, &options.settings, !options.direct_from_truth, 0)?;
+        let mut states = vec![State::Exact(shown.clone())];
+        let mut links = Vec::new();
+        let mut last = 0;
+        let mut push = |states: &mut Vec<State>, name, state| {
+            states.push(state);
+            links.push(Link::between(name, last, states.len() - 1));
+            last = states.len() - 1;
+        };
+        if !options.direct_from_truth {
+            push(&mut states, "direct light", State::Exact(run.image(options.technique, &options.settings, false, 0)?));
+        }
+        let converged = run.converged(&options.settings)?;
+        push(&mut states, "noise", converged);
+        let visible = without_visibility(options.technique, &options.settings);
+        let open = visible.as_ref().map(|settings| run.converged(settings)).transpose()?;
+        let exhaustive = State::Exact(run.image(technique("exhaustive").map_err(bad)?, &Settings::new(), false, 0)?);
+        push(&mut states, "estimator and hierarchy", exhaustive);
+        push(&mut states, "missing visibility", State::Groups(traced.on_screen));
+        push(&mut states, "off-screen and hidden light", State::Groups(traced.truth.clone()));
+        if let Some(open) = open {
+            // From the technique's own visibility to none belongs to the visibility link.
+            states.push(open);
+            let (open, at) = (states.len() - 1, links.len() - 3);
+            let converged = links[at].terms[0].0;
+            links[at].terms[0].0 = open;
+            links[at + 1].terms.extend([(converged, 1.0), (open, -1.0)]);
+        }
+        let pixels = shown.len();
+        let groups = GROUPS as usize;
+        let truth = picture(&states, &Link { name: "truth", terms: vec![(last, 1.0)] }, groups, pixels);
+        let mask = traced.mask;
+        let truth_mean = mean(&truth, Some(&mask));
+        let floor = 0.01 * truth_mean * truth_mean;
+        let relative = |pixel: usize, channel: usize| {
+            let weight = 1.0 / (f64::from(truth[pixel][channel]).powi(2) + floor);
+            if weight.is_finite() { weight } else { 0.0 }
+        };
+        let plain = moments(&states, &links, groups, &mask, &|_, _| 1.0);
+        let relative = moments(&states, &links, groups, &mask, &relative);
+        Ok(Self {
+            advice: advice::advice(options.technique, &options.settings, &links, &plain),
+            pictures: links.iter().map(|link| picture(&states, link, groups, pixels)).collect(),
+            links,
+            moments: plain,
+            relative,
+            truth_mean,
+            size: options.size,
+            shown,
+            truth,
+            mask,
+        })
+    }
+
+    /// The table.
+    pub fn rows(&self) -> Vec<LinkRow> {
+        let row = |(index, link): (usize, &Link)| LinkRow {
+            link: link.name,
+            bias: self.moments.means[index],
+            square: self.moments.products[index][index],
+            cross: self.moments.crosses[index],
+            share: self.moments.shares[index],
+            relative_share: self.relative.shares[index],
+        };
+        self.links.iter().enumerate().map(row).collect()
+    }
+
+    /// Writes the folder: index.html, explain.md, explain.json, plots/links.svg and one picture a link.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write(&self, folder: &Path, facts: &[(&'static str, String)]) -> Result<(), Error> {
+        output::write(self, folder, facts)
+    }
+}
+
+/// What a terminal shows.
+impl std::fmt::Display for Explanation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let m = self.truth_mean;
+        let cell = |v: Uncertain, factor: f64| {
+            format!("{} ± {}", number(factor * v.value, 3), number(factor * v.standard_error, 2))
+        };
+        let mut line = |cells: [String; 5]| {
+            let [name, bias, square, cross, share] = cells;
+            writeln!(f, "{name:<28} {bias:>18} {square:>18} {cross:>18} {share:>16}")
+        };
+        line(["link", "bias", "square", "cross terms", "share"].map(String::from))?;
+        line(["", "% of mean", "% of mean^2", "% of mean^2", "% of MSE"].map(String::from))?;
+        for row in self.rows() {
+            line([
+                row.link.to_owned(),
+                cell(row.bias, 100.0 / m),
+                cell(row.square, 100.0 / (m * m)),
+                cell(row.cross, 100.0 / (m * m)),
+                cell(row.share, 100.0),
+            ])?;
+        }
+        let all = [cell(self.moments.mean, 100.0 / m), cell(self.moments.square, 100.0 / (m * m))];
+        line(["all".into(), all[0].clone(), all[1].clone(), String::new(), "100".into()])?;
+        writeln!(f, "relMSE {}\n\n{}", cell(self.relative.square, 1.0), self.advice)
+    }
+}
+
+fn bad(error: impl std::fmt::Display) -> Error {
+    Error::BadInput(error.to_string())
+}
+
+/// The settings with visibility off; `None` where the technique tests none.
+fn without_visibility(technique: &Technique, settings: &Settings) -> Option<Settings> {
+    let key = format!("{}.visibility", technique.name);
+    let complete = (technique.complete)(settings).ok()?;
+    let off = Value::parse("off");
+    (complete.get(&key)? != &off).then(|| {
+        let mut settings = settings.clone();
+        settings.insert(key, off);
+        settings
+    })
+}
+
+/// What the path tracer says.
+struct TracedGroups {
+    albedo: Vec<Rgb>,
+    direct: Vec<Rgb>,
+    mask: Vec<bool>,
+    /// `albedo * light`, by group.
+    on_screen: Vec<Vec<Rgb>>,
+    truth: Vec<Vec<Rgb>>,
+}
+
+fn trace(native: &NativeGpu, scene: &Scene, options: &Options) -> Result<TracedGroups, Error> {
+    let source = TruthSource::new(&native.gpu, scene, Some(Cache::standard()));
+    let stop = Stop { error_block: 8, ..Stop::at_samples(options.samples_per_pixel.div_ceil(GROUPS).max(1)) };
+    let progress = Progress::new(&format!("truth of {}", scene.name), 100 * u64::from(GROUPS));
+    let mut groups: Option<TracedGroups> = None;
+    for group in 0..GROUPS {
+        let seed = options.seed.wrapping_add(1 + group);
+        let request =
+            TruthRequest { bounce1: true, on_screen: true, seed, ..TruthRequest::new(scene.camera, options.size) };
+        let done = |part: f32| {
+            let percent = 100 * u64::from(group) + (100.0 * part) as u64;
+            progress.set(percent, &format!("group {} of {GROUPS}", group + 1));
+        };
+        let traced = source.trace(&request, stop, &mut |now| done(now.fraction)).map_err(bad)?.truth;
+        let lit = |light: Option<&Estimate<Rgb>>| match light {
+            Some(light) => reflected(&traced.albedo, &light.mean),
+            None => vec![[0.0; 3]; traced.albedo.len()],
+        };
+        let (on_screen, all) = (lit(traced.on_screen.as_ref()), lit(traced.bounce1.as_ref()));
+        let groups = groups.get_or_insert_with(|| TracedGroups {
+            mask: traced.depth.iter().map(|&depth| depth > 0.0).collect(),
+            albedo: traced.albedo.clone(),
+            direct: traced.direct.clone(),
+            on_screen: Vec::new(),
+            truth: Vec::new(),
+        });
+        groups.on_screen.push(on_screen);
+        groups.truth.push(all);
+    }
+    progress.finish(&format!("truth of {}: {GROUPS} groups of {} samples a pixel", scene.name, stop.samples_per_pixel));
+    groups.ok_or_else(|| Error::Failed("nothing was traced: run again".into()))
+}
+
+fn reflected(albedo: &[Rgb], light: &[Rgb]) -> Vec<Rgb> {
+    albedo.iter().zip(light).map(|(a, l)| std::array::from_fn(|c| a[c] * l[c])).collect()
+}
+
+/// Runs the technique and its relatives.
+struct Run<'a> {
+    session: &'a Session<'a>,
+    options: &'a Options,
+    albedo: &'a [Rgb],
+    direct: &'a [Rgb],
+}
+
+impl Run<'_> {
+    fn frames(
+        &self,
+        technique: &'static Technique,
+        settings: &Settings,
+        rendered: bool,
+        seed: u32,
+    ) -> Result<Frames<'_>, Error> {
+        self.session.frames(&Request {
+            technique,
+            settings: settings.clone(),
+            size: self.options.size,
+            seed,
+            direct: (!rendered).then_some(self.direct),
+        })
+    }
+
+    /// `albedo * indirect` of one frame. `rendered` says where its direct light comes from; `other` is added to the seed.
+    fn image(
+        &self,
+        technique: &'static Technique,
+        settings: &Settings,
+        rendered: bool,
+        other: u32,
+    ) -> Result<Vec<Rgb>, Error> {
+        let mut frames = self.frames(technique, settings, rendered, self.options.seed.wrapping_add(other))?;
+        frames.run(0)?;
+        self.read(&frames)
+    }
+
+    fn read(&self, frames: &Frames) -> Result<Vec<Rgb>, Error> {
+        let light = frames.read_rgb("indirect")?;
+        // The truth's albedo for all, so that it drops out of every difference.
+        Ok(light.map_or_else(|| vec![[0.0; 3]; self.albedo.len()], |light| reflected(self.albedo, &light)))
+    }
+
+    /// The mean over many frames, by group; a technique without chance needs one frame.
+    fn converged(&self, settings: &Settings) -> Result<State, Error> {
+        let technique = self.options.technique;
+        let [one, other] = [1, 2].map(|seed| self.image(technique, settings, false, seed));
+        let one = one?;
+        if one == other? {
+            return Ok(State::Exact(one));
+        }
+        let each = self.options.frames.div_ceil(GROUPS).max(1);
+        let progress = Progress::new("converged image", u64::from(each * GROUPS));
+        let mut groups = Vec::new();
+        for group in 0..GROUPS {
+            let mut frames = self.frames(technique, settings, false, self.options.seed.wrapping_add(1 + group))?;
+            let mut sum = vec![[0.0f64; 3]; self.albedo.len()];
+            for frame in 0..each {
+                // Numbers that no other group has: frames and seeds meet in one hash.
+                frames.run(1 + group * each + frame)?;
+                let image = self.read(&frames)?;
+                sum.iter_mut().flatten().zip(image.iter().flatten()).for_each(|(s, &v)| *s += f64::from(v));
+                progress.set(u64::from(group * each + frame + 1), technique.name);
+            }
+            groups.push(sum.iter().map(|s| s.map(|v| (v / f64::from(each)) as f32)).collect());
+        }
+        progress.finish(&format!("converged image: {} frames", each * GROUPS));
+        Ok(State::Groups(groups))
+    }
+}

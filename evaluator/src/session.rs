@@ -11,7 +11,7 @@ use halflight_renderer::{
     DirectSource, Externals, Gpu, Recording, SceneBuffers, SceneFacts, View,
     parameters::{Settings, SettingsError},
     plan::{FramePlan, ResourceKind},
-    plan_frame, plan_scene, plan_technique,
+    plan_frame, plan_scene, plan_technique_of_scene,
     techniques::Technique,
 };
 use halflight_scenes::{DiskFiles, Scene, load_scene};
@@ -108,8 +108,8 @@ impl<'a> Session<'a> {
     /// # Errors
     /// As [`Session::frames`].
     pub fn technique_frames(&self, request: &Request, scene: &Frames) -> Result<Frames<'a>, Error> {
-        let plan = plan_technique(request.technique, &request.settings, request.size);
-        let mut externals = Externals::default();
+        let plan = plan_technique_of_scene(&self.facts, request.technique, &request.settings, request.size);
+        let mut externals = Externals { scene: Some(&self.buffers), ..Default::default() };
         for name in ["depth", "normal", "albedo", "direct"] {
             externals.textures.extend(scene.recording.output(name).map(|texture| (name, texture.clone())));
         }

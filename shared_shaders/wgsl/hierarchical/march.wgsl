@@ -1,0 +1,72 @@
+// A ray through the voxel grid of one level, column by column (2010, section 4). The columns of a level are its
+// texels; the slices between where the ray enters a column and where it leaves are one mask of bits.
+import package::common::voxels::SLICES;
+
+// Where a ray is. Its places run from 0 at the receiver to 1 at the source, along its image.
+struct March {
+    // Index of the column, and what the next column along x and along y adds to it.
+    column: i32,
+    stride: vec2i,
+    // Places where it crosses into the next column along x and along y, and between two such places.
+    crossing: vec2f,
+    spacing: vec2f,
+    // Slice, as a real number, at place s: 1 / (inverse.x + s inverse.y) scaled by slice.x and moved by slice.y. Along
+    // the image of a line the inverse of its depth is linear.
+    inverse: vec2f,
+    slice: vec2f,
+    // Slice where it entered the column, place where it did, place where it ends.
+    entry: i32,
+    at: f32,
+    end: f32,
+}
+
+/// Slice at a place of the ray; whole, and inside the grid.
+fn slice_at(march: March, place: f32) -> i32 {
+    let depth = 1.0 / (march.inverse.x + place * march.inverse.y);
+    return i32(clamp(depth * march.slice.x + march.slice.y, 0.0, SLICES - 1.0));
+}
+
+/// A ray between two points of the image (texels of the level; depth is counted in the first one's, so it is 1 there
+/// and `depth` at the other end), from place `at` to place `end`. Its slice is depth * slice.x + slice.y.
+fn begin_march(origin: vec2f, goal: vec2f, depth: f32, slice: vec2f, width: i32, at: f32, end: f32) -> March {
+    let way = goal - origin;
+    // A ray that does not move along an axis never crosses a border of it.
+    let spacing = 1.0 / max(abs(way), vec2f(1e-9));
+    let start = origin + at * way;
+    let column = floor(start);
+    // From the origin to the first border ahead, along either axis.
+    let ahead = select(origin - column, column + 1.0 - origin, way >= vec2f(0.0));
+    var march: March;
+    march.column = i32(column.y) * width + i32(column.x);
+    march.stride = select(vec2i(-1), vec2i(1), way >= vec2f(0.0)) * vec2i(1, width);
+    march.crossing = ahead * spacing;
+    march.spacing = spacing;
+    march.inverse = vec2f(1.0, 1.0 / depth - 1.0);
+    march.slice = slice;
+    march.at = at;
+    march.end = end;
+    march.entry = slice_at(march, at);
+    return march;
+}
+
+/// What is tested of the segment between a receiver and a source, both ends biased so that neither surface's own
+/// voxels block it: from and to, as fractions of the way in space; nothing where `from >= to`.
+///
+/// A voxel that holds a point of the ray can hold a point of a plane only where the two are closer than the voxel is
+/// wide along the plane's normal. `clearance` is that width for the receiver's plane and for the source's,
+/// `height` how far each end lies above the other one's plane.
+fn tested_part(clearance: vec2f, height: vec2f) -> vec2f {
+    let part = clearance / max(height, vec2f(1e-30));
+    return vec2f(part.x, 1.0 - part.y);
+}
+
+/// Width along `normal` of a voxel that is seen along `ray` (ray.z = -1): `column` wide and `slice` deep.
+fn voxel_width(normal: vec3f, ray: vec3f, column: vec2f, slice: f32) -> f32 {
+    return dot(abs(normal.xy), column) + abs(dot(normal, ray)) * slice;
+}
+
+/// Place along the image of a segment, from a fraction of the way in space; depth is 1 where it begins and `depth`
+/// where it ends.
+fn place_of_fraction(fraction: f32, depth: f32) -> f32 {
+    return fraction * depth / (1.0 + fraction * (depth - 1.0));
+}

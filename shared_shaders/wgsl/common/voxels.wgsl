@@ -1,6 +1,6 @@
 // The binary voxel grid over what the camera sees (Soler & Hoel 2010, section 4, after Eisemann and Décoret 2008):
-// 128 slices of depth for each texel of a level, one bit each, in four words of 32 slices. Word `w` of texel (x, y)
-// stands at (y * width + x) * 4 + w.
+// 128 slices of depth for each texel of a level, one bit each, in four words of 32 slices: the layers of a texture, or,
+// while it is made, neighbours in a buffer, where word w of texel (x, y) stands at (y * width + x) * 4 + w.
 
 /// Slices of the grid, and those of one word.
 const SLICES: f32 = 128.0;
@@ -34,11 +34,11 @@ fn slice_of_depth(depth: f32, slices: Slices) -> f32 {
     return clamp((depth - slices.begin) * slices.per_unit, -1e6, 1e6);
 }
 
-/// Bits `first` to `last` of one word, both included and both counted from the word's first slice; they may lie
-/// outside.
-fn slice_mask(first: i32, last: i32) -> u32 {
-    let low = clamp(first, 0, WORD_SLICES - 1);
-    let high = clamp(last, 0, WORD_SLICES - 1);
+/// Bits of a word that stand for slices `first` to `last`, both included; either may lie in another word.
+fn slice_mask(first: i32, last: i32, word: i32) -> u32 {
+    let base = word * WORD_SLICES;
+    let low = max(first - base, 0);
+    let high = min(last - base, WORD_SLICES - 1);
     let mask = (0xffffffffu << u32(low)) & (0xffffffffu >> u32(WORD_SLICES - 1 - high));
-    return select(0u, mask, last >= 0 && first < WORD_SLICES);
+    return select(0u, mask, low <= high && low < WORD_SLICES && high >= 0);
 }

@@ -10,7 +10,7 @@ import package::common::surfel::{
 import package::common::form_factor::{form_factor, pixel_area_factor};
 @if(visibility) import package::common::voxels::{Slices, slices_of_range, slice_mask, WORD_SLICES};
 @if(visibility) import package::hierarchical::march::{
-    March, begin_march, slice_at, tested_part, voxel_width, place_of_fraction,
+    March, begin_march, slice_at, clear_of_plane, place_of_fraction,
 };
 
 struct Params {
@@ -32,7 +32,7 @@ struct Params {
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @if(!(pairs && visibility)) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(visibility) @group(0) @binding(4) var<storage, read> depth_range: array<u32>;
-@if(visibility) @group(0) @binding(5) var<storage, read> voxels: array<u32>;
+@if(visibility) @group(0) @binding(5) var voxels: texture_2d_array<u32>;
 // Texels of receiver and source; answers are 1 where the source is seen.
 @if(pairs && visibility) @group(0) @binding(6) var<storage, read> pairs: array<vec4u>;
 @if(pairs && visibility) @group(0) @binding(7) var answers: texture_storage_2d<r32float, write>;
@@ -79,45 +79,55 @@ fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
     // Width of a column at depth 1, and depth of a slice.
     let column = 2.0 * params.scale * view.tan_half_fov / view.display_size;
     let slice = unit / slices.per_unit;
-    let part = tested_part(
-        vec2f(
-            voxel_width(receiver.normal, receiver.ray, column, slice),
-            voxel_width(source.normal, source.ray, column * source.depth, slice),
-        ),
-        vec2f(dot(receiver.normal, toward), -dot(source.normal, toward)),
+    let near = clear_of_plane(
+        receiver.normal,
+        receiver.ray,
+        source.ray,
+        1.0,
+        source.depth,
+        dot(receiver.normal, toward),
+        column,
+        slice,
     );
-    if part.x >= part.y {
+    let far = 1.0 - clear_of_plane(
+        source.normal,
+        source.ray,
+        receiver.ray,
+        source.depth,
+        1.0,
+        -dot(source.normal, toward),
+        column,
+        slice,
+    );
+    if near >= far {
         return true;
     }
-    let width = i32(textureDimensions(surfels).x);
     var march = begin_march(
         receiver.place,
         source.place,
         source.depth,
         vec2f(slices.per_unit / unit, -slices.begin * slices.per_unit),
-        width,
-        place_of_fraction(part.x, source.depth),
-        place_of_fraction(part.y, source.depth),
+        place_of_fraction(near, source.depth),
+        place_of_fraction(far, source.depth),
     );
-    while march.at < march.end {
-        let exit = min(march.end, min(march.crossing.x, march.crossing.y));
-        let slice = slice_at(march, exit);
+    var blockers = 0u;
+    while march.at < march.end && blockers == 0u {
+        march.at = min(march.end, min(march.crossing.x, march.crossing.y));
+        let slice = slice_at(march, march.at);
         let first = min(march.entry, slice);
         let last = max(march.entry, slice);
-        // Nearly always one word holds them all.
-        for (var word = first / WORD_SLICES; word <= last / WORD_SLICES; word++) {
-            let base = word * WORD_SLICES;
-            if (voxels[march.column * 4 + word] & slice_mask(first - base, last - base)) != 0u {
-                return false;
-            }
+        let word = first / WORD_SLICES;
+        blockers = textureLoad(voxels, march.column, word, 0).x & slice_mask(first, last, word);
+        // Rarely another word holds the rest.
+        for (var next = word + 1; next <= last / WORD_SLICES; next++) {
+            blockers |= textureLoad(voxels, march.column, next, 0).x & slice_mask(first, last, next);
         }
-        let along_x = march.crossing.x < march.crossing.y;
-        march.column += select(march.stride.y, march.stride.x, along_x);
-        march.crossing += select(vec2f(0.0, march.spacing.y), vec2f(march.spacing.x, 0.0), along_x);
-        march.at = exit;
         march.entry = slice;
+        let along_x = march.crossing.x < march.crossing.y;
+        march.column += select(vec2i(0, march.stride.y), vec2i(march.stride.x, 0), along_x);
+        march.crossing += select(vec2f(0.0, march.spacing.y), vec2f(march.spacing.x, 0.0), along_x);
     }
-    return true;
+    return blockers == 0u;
 }
 
 @if(pairs && visibility)

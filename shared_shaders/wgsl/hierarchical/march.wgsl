@@ -4,8 +4,8 @@ import package::common::voxels::SLICES;
 
 // Where a ray is. Its places run from 0 at the receiver to 1 at the source, along its image.
 struct March {
-    // Index of the column, and what the next column along x and along y adds to it.
-    column: i32,
+    // Texel of the column, and what the next column along x and along y adds to it.
+    column: vec2i,
     stride: vec2i,
     // Places where it crosses into the next column along x and along y, and between two such places.
     crossing: vec2f,
@@ -28,7 +28,7 @@ fn slice_at(march: March, place: f32) -> i32 {
 
 /// A ray between two points of the image (texels of the level; depth is counted in the first one's, so it is 1 there
 /// and `depth` at the other end), from place `at` to place `end`. Its slice is depth * slice.x + slice.y.
-fn begin_march(origin: vec2f, goal: vec2f, depth: f32, slice: vec2f, width: i32, at: f32, end: f32) -> March {
+fn begin_march(origin: vec2f, goal: vec2f, depth: f32, slice: vec2f, at: f32, end: f32) -> March {
     let way = goal - origin;
     // A ray that does not move along an axis never crosses a border of it.
     let spacing = 1.0 / max(abs(way), vec2f(1e-9));
@@ -37,8 +37,8 @@ fn begin_march(origin: vec2f, goal: vec2f, depth: f32, slice: vec2f, width: i32,
     // From the origin to the first border ahead, along either axis.
     let ahead = select(origin - column, column + 1.0 - origin, way >= vec2f(0.0));
     var march: March;
-    march.column = i32(column.y) * width + i32(column.x);
-    march.stride = select(vec2i(-1), vec2i(1), way >= vec2f(0.0)) * vec2i(1, width);
+    march.column = vec2i(column);
+    march.stride = select(vec2i(-1), vec2i(1), way >= vec2f(0.0));
     march.crossing = ahead * spacing;
     march.spacing = spacing;
     march.inverse = vec2f(1.0, 1.0 / depth - 1.0);
@@ -49,20 +49,28 @@ fn begin_march(origin: vec2f, goal: vec2f, depth: f32, slice: vec2f, width: i32,
     return march;
 }
 
-/// What is tested of the segment between a receiver and a source, both ends biased so that neither surface's own
-/// voxels block it: from and to, as fractions of the way in space; nothing where `from >= to`.
+/// What is tested of the segment between two surfaces begins this far from one end, as a fraction of the way in space:
+/// the end is biased so that its own surface's voxels do not block. At 1 or above nothing is left to test.
 ///
-/// A voxel that holds a point of the ray can hold a point of a plane only where the two are closer than the voxel is
-/// wide along the plane's normal. `clearance` is that width for the receiver's plane and for the source's,
-/// `height` how far each end lies above the other one's plane.
-fn tested_part(clearance: vec2f, height: vec2f) -> vec2f {
-    let part = clearance / max(height, vec2f(1e-30));
-    return vec2f(part.x, 1.0 - part.y);
-}
-
-/// Width along `normal` of a voxel that is seen along `ray` (ray.z = -1): `column` wide and `slice` deep.
-fn voxel_width(normal: vec3f, ray: vec3f, column: vec2f, slice: f32) -> f32 {
-    return dot(abs(normal.xy), column) + abs(dot(normal, ray)) * slice;
+/// A voxel that holds a point of the segment can hold a point of the end's plane only where the two are closer than the
+/// voxel is wide along the plane's normal. Voxels are `column` wide for each unit of depth and `slice` deep along the
+/// view ray; both ends' rays (with z = -1) bound those between. `depth` is the end's, `other_depth` the other one's,
+/// which lies `height` above the plane, in units of the normal's length.
+fn clear_of_plane(
+    normal: vec3f,
+    ray: vec3f,
+    other_ray: vec3f,
+    depth: f32,
+    other_depth: f32,
+    height: f32,
+    column: vec2f,
+    slice: f32,
+) -> f32 {
+    let wide = dot(abs(normal.xy), column);
+    let deep = slice * max(abs(dot(normal, ray)), abs(dot(normal, other_ray)));
+    // Voxels grow along the way to a farther end; where they outgrow the ray's height it is never clear.
+    let gain = height - wide * (other_depth - depth);
+    return select(2.0, (wide * depth + deep) / gain, gain > 0.0);
 }
 
 /// Place along the image of a segment, from a fraction of the way in space; depth is 1 where it begins and `depth`

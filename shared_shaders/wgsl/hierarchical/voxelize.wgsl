@@ -4,7 +4,7 @@
 // so that what lies between a front and a back face stays set, also where the near plane cuts it open.
 import package::common::view::View;
 import package::common::scene::{Vertex, Material, NO_TEXTURE};
-import package::common::voxels::{WORDS, WORD_SLICES, SLICES, slices_of_range, slice_of_depth, slice_mask};
+import package::common::voxels::{WORDS, SLICES, slices_of_range, slice_of_depth, slice_mask};
 @if(alpha_tested) import package::common::texture_pool::{texture_footprint, filter_footprint};
 
 struct Params {
@@ -18,7 +18,7 @@ struct Params {
 @group(0) @binding(2) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(3) var<storage, read> indices: array<u32>;
 @group(0) @binding(4) var<storage, read> depth_range: array<u32>;
-@group(0) @binding(5) var<storage, read_write> voxels: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> columns: array<atomic<u32>>;
 @if(alpha_tested) @group(0) @binding(6) var<storage, read> materials: array<Material>;
 @if(alpha_tested) @group(0) @binding(7) var<storage, read> texels: array<u32>;
 
@@ -84,15 +84,15 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) {
         }
     }
     let slices = slices_of_range(depth_range[0], depth_range[1]);
-    let column = vec2u(in.clip.xy);
-    let place = (column.y * u32(params.grid.x) + column.x) * u32(WORDS);
+    let texel = vec2u(in.clip.xy);
+    let place = (texel.y * u32(params.grid.x) + texel.x) * u32(WORDS);
     if SOLID {
         // The skin's own slice belongs to the inside, on either face: matter thinner than a slice is kept.
         let last = i32(floor(slice_of_depth(in.depth, slices))) - select(0, 1, front);
         for (var word = 0; word < WORDS; word++) {
-            let mask = slice_mask(0, last - word * WORD_SLICES);
+            let mask = slice_mask(0, last, word);
             if mask != 0u {
-                atomicXor(&voxels[place + u32(word)], mask);
+                atomicXor(&columns[place + u32(word)], mask);
             }
         }
     } else {
@@ -100,9 +100,9 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) {
         let last = slice_of_depth(min(in.depth + reach, in.extent.y), slices);
         if last >= 0.0 && first < SLICES {
             for (var word = 0; word < WORDS; word++) {
-                let mask = slice_mask(i32(floor(first)) - word * WORD_SLICES, i32(floor(last)) - word * WORD_SLICES);
+                let mask = slice_mask(i32(floor(first)), i32(floor(last)), word);
                 if mask != 0u {
-                    atomicOr(&voxels[place + u32(word)], mask);
+                    atomicOr(&columns[place + u32(word)], mask);
                 }
             }
         }

@@ -1,5 +1,7 @@
 //! The voxel grid that tells what stands between a surface and its source (Soler & Hoel 2010).
 
+use wgpu::TextureFormat as Format;
+
 use super::{Hierarchical, Level, Visibility};
 use crate::{
     Gpu,
@@ -62,42 +64,46 @@ pub(super) fn plan_voxels(
         .bind("depth_range", depth_range)
         .because("slices reach from the nearest to the farthest visible surface")
         .over(levels[0].size.map(|v| v.div_ceil(DEPTH_RANGE_SQUARE)));
+    let columns = plan_columns(plan, &scene, &levels[0], meshes, depth_range);
     let mut grids: Vec<ResourceId> = Vec::new();
-    for (k, level) in levels.iter().enumerate() {
-        let [width, height] = level.size;
-        let bytes = u64::from(width) * u64::from(height) * u64::from(SLICES / 8);
+    for level in levels {
+        let name = format!("voxels_{}", level.scale);
         let reason = format!("{SLICES} slices for each square of {} pixels", level.scale);
-        let voxels = plan.buffer(format!("voxels_{}", level.scale), bytes, reason);
-        match grids.last() {
-            None => plan_finest(plan, &scene, level, meshes, voxels, depth_range),
+        let voxels = plan.texture_array(&name, level.size, SLICES / u32::BITS, Format::R32Uint, reason);
+        let pass = match grids.last() {
+            None => plan
+                .pass(Part::Technique, &name, "hierarchical/voxel_pyramid+finest")
+                .bind("columns", columns)
+                .because("rays read textures"),
             Some(&children) => plan
-                .pass(Part::Technique, format!("voxels_{}", level.scale), "hierarchical/voxel_pyramid")
+                .pass(Part::Technique, &name, "hierarchical/voxel_pyramid")
                 .constants(&parameters.constants())
-                .param("child_grid", levels[k - 1].size.map(|v| v as f32))
-                .param("grid", level.size.map(|v| v as f32))
                 .bind("children", children)
-                .bind("voxels", voxels)
-                .because("rays of a level stay in its own grid")
-                .over(level.size),
-        }
+                .because("rays of a level stay in its own grid"),
+        };
+        pass.bind("voxels", voxels).over(level.size);
         grids.push(voxels);
     }
     Ok(Some(Voxels { levels: grids, depth_range }))
 }
 
-fn plan_finest(
+/// The finest grid as the raster passes write it.
+fn plan_columns(
     plan: &mut FramePlan,
     scene: &SceneInputs,
     level: &Level,
     meshes: &[(Meshes, bool)],
-    voxels: ResourceId,
     depth_range: ResourceId,
-) {
+) -> ResourceId {
     let wanted = |meshes: Meshes| match meshes {
         Meshes::All => true,
         Meshes::Solid => scene.solid_meshes,
-        Meshes::Open => scene.open_meshes,
+        // An empty scene has one pass that draws nothing, to clear the grid.
+        Meshes::Open => scene.open_meshes || !scene.solid_meshes,
     };
+    let [width, height] = level.size;
+    let bytes = u64::from(width) * u64::from(height) * u64::from(SLICES / 8);
+    let columns = plan.buffer("columns", bytes, "voxels while triangles are drawn into them");
     let target = plan.texture("voxel_target", level.size, Gpu::DEPTH_FORMAT, "gives the pass its size");
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
     let indices = plan.scene_buffer("scene.indices", "the scene's triangles");
@@ -120,10 +126,10 @@ fn plan_finest(
             .bind("vertices", vertices)
             .bind("indices", indices)
             .bind("depth_range", depth_range)
-            .bind("voxels", voxels)
+            .bind("columns", columns)
             .because(reason);
         if first {
-            pass = pass.clear(voxels);
+            pass = pass.clear(columns);
         }
         if let Some([materials, texels]) = cut_outs {
             pass = pass.bind("materials", materials).bind("texels", texels);
@@ -131,4 +137,5 @@ fn plan_finest(
         pass.voxelize(target, meshes);
         first = false;
     }
+    columns
 }

@@ -30,8 +30,8 @@ pub struct Grid {
     pub columns: Vec<u128>,
     /// Depth where slice 0 begins, scene units.
     pub begin: f64,
-    /// Slices in one scene unit.
-    pub per_unit: f64,
+    /// Slices in one octave of depth.
+    pub per_octave: f64,
 }
 
 impl Grid {
@@ -52,7 +52,7 @@ impl Grid {
             columns: words.iter().map(column).collect(),
             begin,
             // As slices_of_range of common/voxels.wgsl.
-            per_unit: SLICES * 0.9999 / (end - begin).max(1e-3 * end),
+            per_octave: SLICES * 0.9999 / (end.log2() - begin.log2()).max(2e-3),
         }
     }
 
@@ -94,11 +94,13 @@ impl Grid {
             let column = |axis: usize| {
                 2.0 * f64::from(self.scale) * surfels.tan_half_fov[axis] / f64::from(surfels.display_size[axis])
             };
-            let wide = end.normal.x.abs() * column(0) + end.normal.y.abs() * column(1);
             let slant = |pixel: &Pixel| end.normal.dot(pixel.position / pixel.depth).abs();
-            let gain = height - wide * (other.depth - end.depth);
-            let deep = slant(end).max(slant(other)) / self.per_unit;
-            if gain > 0.0 { (wide * end.depth + deep) / gain } else { 2.0 }
+            let slice = (1.0 / self.per_octave).exp2() - 1.0;
+            let width = end.normal.x.abs() * column(0)
+                + end.normal.y.abs() * column(1)
+                + slant(end).max(slant(other)) * slice;
+            let gain = height - width * (other.depth - end.depth);
+            if gain > 0.0 { width * end.depth / gain } else { 2.0 }
         };
         let fractions = [
             clear(receiver, source, receiver.normal.dot(toward)),
@@ -106,7 +108,7 @@ impl Grid {
         ];
         let inverse = |place: f64| 1.0 / receiver.depth + place * (1.0 / source.depth - 1.0 / receiver.depth);
         let places = fractions.map(|t| t * source.depth / (receiver.depth + t * (source.depth - receiver.depth)));
-        let slice = |place: f64| (1.0 / inverse(place) - self.begin) * self.per_unit;
+        let slice = |place: f64| -(inverse(place) * self.begin).log2() * self.per_octave;
         let length = (to[0] - from[0]).hypot(to[1] - from[1]).max(1e-9);
         let (begin, end) = (places[0] - slack / length, places[1] + slack / length);
         let span = |axis: usize, places: [f64; 2]| {

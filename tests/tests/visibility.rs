@@ -88,7 +88,7 @@ fn solid_matter_is_filled_and_surfaces_are_shells() {
         let grid = Grid::read(&frames, 4);
         // The column in the middle of the block's front: from its front face to its back face, 0.6 deep.
         let column = grid.columns[(19 * grid.size[0] + grid.size[0] / 2) as usize];
-        (grid.filled(), f64::from(column.count_ones()) / grid.per_unit)
+        (grid.filled(), f64::from(column.count_ones()) / grid.per_octave)
     };
     let (auto, surface) = (filled("auto"), filled("surface"));
     println!("filled and depth of a column: auto {auto:.3?}, surfaces {surface:.3?}");

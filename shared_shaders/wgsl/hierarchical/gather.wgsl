@@ -8,7 +8,9 @@ import package::common::surfel::{
     SNORM_16, surfel_depth, surfel_direction, surfel_normal, surfel_offset, surfel_position, surfel_radiance,
 };
 import package::common::form_factor::{form_factor, pixel_area_factor};
-@if(visibility) import package::common::voxels::{Slices, slices_of_range, slice_mask, WORD_SLICES};
+@if(visibility) import package::common::voxels::{
+    Slices, slices_of_range, slice_of_depth, slice_thickness, slice_mask, WORD_SLICES,
+};
 @if(visibility) import package::hierarchical::march::{
     March, begin_march, slice_at, clear_of_plane, place_of_fraction,
 };
@@ -76,9 +78,9 @@ fn end_at(words: vec4u, texel: vec2f, unit: f32) -> End {
 @if(visibility)
 fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
     let toward = source.ray * source.depth - receiver.ray;
-    // Width of a column at depth 1, and depth of a slice.
+    // Width of a column and of a slice, for each unit of depth.
     let column = 2.0 * params.scale * view.tan_half_fov / view.display_size;
-    let slice = unit / slices.per_unit;
+    let slice = slice_thickness(slices);
     let near = clear_of_plane(
         receiver.normal,
         receiver.ray,
@@ -106,7 +108,7 @@ fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
         receiver.place,
         source.place,
         source.depth,
-        vec2f(slices.per_unit / unit, -slices.begin * slices.per_unit),
+        vec2f(slice_of_depth(1.0 / unit, slices), slices.per_octave),
         place_of_fraction(near, source.depth),
         place_of_fraction(far, source.depth),
     );

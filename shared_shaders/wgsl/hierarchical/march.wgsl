@@ -10,9 +10,9 @@ struct March {
     // Places where it crosses into the next column along x and along y, and between two such places.
     crossing: vec2f,
     spacing: vec2f,
-    // Slice, as a real number, at place s: 1 / (inverse.x + s inverse.y) scaled by slice.x and moved by slice.y. Along
-    // the image of a line the inverse of its depth is linear.
+    // Inverse of the depth at place 0 and its growth up to place 1: along the image of a line it is linear.
     inverse: vec2f,
+    // Slice of depth 1, and slices in an octave.
     slice: vec2f,
     // Slice where it entered the column, place where it did, place where it ends.
     entry: i32,
@@ -22,12 +22,12 @@ struct March {
 
 /// Slice at a place of the ray; whole, and inside the grid.
 fn slice_at(march: March, place: f32) -> i32 {
-    let depth = 1.0 / (march.inverse.x + place * march.inverse.y);
-    return i32(clamp(depth * march.slice.x + march.slice.y, 0.0, SLICES - 1.0));
+    let octave = log2(march.inverse.x + place * march.inverse.y);
+    return i32(clamp(march.slice.x - octave * march.slice.y, 0.0, SLICES - 1.0));
 }
 
 /// A ray between two points of the image (texels of the level; depth is counted in the first one's, so it is 1 there
-/// and `depth` at the other end), from place `at` to place `end`. Its slice is depth * slice.x + slice.y.
+/// and `depth` at the other end), from place `at` to place `end`. `slice` is the slice of depth 1 and the number of slices in an octave.
 fn begin_march(origin: vec2f, goal: vec2f, depth: f32, slice: vec2f, at: f32, end: f32) -> March {
     let way = goal - origin;
     // A ray that does not move along an axis never crosses a border of it.
@@ -53,9 +53,9 @@ fn begin_march(origin: vec2f, goal: vec2f, depth: f32, slice: vec2f, at: f32, en
 /// the end is biased so that its own surface's voxels do not block. At 1 or above nothing is left to test.
 ///
 /// A voxel that holds a point of the segment can hold a point of the end's plane only where the two are closer than the
-/// voxel is wide along the plane's normal. Voxels are `column` wide for each unit of depth and `slice` deep along the
-/// view ray; both ends' rays (with z = -1) bound those between. `depth` is the end's, `other_depth` the other one's,
-/// which lies `height` above the plane, in units of the normal's length.
+/// voxel is wide along the plane's normal. Voxels are `column` wide and `slice` deep along the view ray, both for each
+/// unit of depth; the two ends' rays (with z = -1) bound those between. `depth` is the end's, `other_depth` the other
+/// one's, which lies `height` above the plane, in units of the normal's length.
 fn clear_of_plane(
     normal: vec3f,
     ray: vec3f,
@@ -66,11 +66,10 @@ fn clear_of_plane(
     column: vec2f,
     slice: f32,
 ) -> f32 {
-    let wide = dot(abs(normal.xy), column);
-    let deep = slice * max(abs(dot(normal, ray)), abs(dot(normal, other_ray)));
+    let width = dot(abs(normal.xy), column) + slice * max(abs(dot(normal, ray)), abs(dot(normal, other_ray)));
     // Voxels grow along the way to a farther end; where they outgrow the ray's height it is never clear.
-    let gain = height - wide * (other_depth - depth);
-    return select(2.0, (wide * depth + deep) / gain, gain > 0.0);
+    let gain = height - width * (other_depth - depth);
+    return select(2.0, width * depth / gain, gain > 0.0);
 }
 
 /// Place along the image of a segment, from a fraction of the way in space; depth is 1 where it begins and `depth`

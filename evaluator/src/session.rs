@@ -4,14 +4,14 @@ use std::path::Path;
 
 use halflight_native::{
     AdapterChoice, NativeGpu,
-    frames::{FrameTime, Timing, read_texture, run_frame},
+    frames::{FrameTime, Timing, read_buffer, read_texture, run_frame},
     images::{Image, Rgb, srgb_decode},
 };
 use halflight_renderer::{
     DirectSource, Externals, Gpu, Recording, SceneBuffers, SceneFacts, View,
     parameters::{Settings, SettingsError},
     plan::{FramePlan, ResourceKind},
-    plan_frame, plan_scene, plan_technique,
+    plan_frame, plan_scene, plan_technique_of_scene,
     techniques::Technique,
 };
 use halflight_scenes::{DiskFiles, Scene, load_scene};
@@ -108,8 +108,8 @@ impl<'a> Session<'a> {
     /// # Errors
     /// As [`Session::frames`].
     pub fn technique_frames(&self, request: &Request, scene: &Frames) -> Result<Frames<'a>, Error> {
-        let plan = plan_technique(request.technique, &request.settings, request.size);
-        let mut externals = Externals::default();
+        let plan = plan_technique_of_scene(&self.facts, request.technique, &request.settings, request.size);
+        let mut externals = Externals { scene: Some(&self.buffers), ..Default::default() };
         for name in ["depth", "normal", "albedo", "direct"] {
             externals.textures.extend(scene.recording.output(name).map(|texture| (name, texture.clone())));
         }
@@ -117,6 +117,15 @@ impl<'a> Session<'a> {
             externals.textures.insert("direct", upload(&self.native.gpu, request.size, direct));
         }
         self.ready(plan, &externals, request.size, request.seed)
+    }
+
+    /// A plan that the caller made or added to, ready to run on this scene. The first frame sees with `seed`.
+    ///
+    /// # Errors
+    /// As [`Session::frames`].
+    pub fn frames_of_plan(&self, plan: FramePlan, seed: u32) -> Result<Frames<'a>, Error> {
+        let size = plan.display_size;
+        self.ready(Ok(plan), &Externals { scene: Some(&self.buffers), ..Default::default() }, size, seed)
     }
 
     fn ready(
@@ -208,6 +217,16 @@ impl Frames<'_> {
         let index = self.plan().resources.iter().position(|r| r.name == resource);
         let texture = index.and_then(|index| self.recording.texture(halflight_renderer::plan::ResourceId(index)));
         texture.map(|t| read_texture(self.gpu, t).map_err(|e| Error::Failed(e.to_string()))).transpose()
+    }
+
+    /// The bytes of the plan's buffer of this name; `None` where there is no such buffer.
+    ///
+    /// # Errors
+    /// Where the device was lost.
+    pub fn read_buffer(&self, resource: &str) -> Result<Option<Vec<u8>>, Error> {
+        let index = self.plan().resources.iter().position(|r| r.name == resource);
+        let buffer = index.and_then(|index| self.recording.buffer(halflight_renderer::plan::ResourceId(index)));
+        buffer.map(|b| read_buffer(self.gpu, b).map_err(|e| Error::Failed(e.to_string()))).transpose()
     }
 
     /// Mean of an output over frames `0..count`, and its standard deviation over them, averaged over

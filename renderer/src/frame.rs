@@ -8,7 +8,7 @@ use crate::{
     parameters::{Settings, SettingsError},
     plan::{FramePlan, Part, ResourceId},
     shadow::{ShadowLayer, shadow_layers},
-    techniques::{Inputs, Technique},
+    techniques::{Inputs, SceneInputs, Technique},
 };
 
 parameters! {
@@ -69,9 +69,14 @@ pub fn plan_frame(
 ) -> Result<FramePlan, SettingsError> {
     let mut plan = plan_scene(facts, settings, size, direct)?;
     let output = |name| plan.outputs[name];
-    let inputs = Inputs { depth: output("depth"), normal: output("normal"), direct: output("direct") };
-    let albedo = output("albedo");
-    plan_indirect(&mut plan, technique, settings, &inputs, albedo)?;
+    let inputs = Inputs {
+        depth: output("depth"),
+        normal: output("normal"),
+        direct: output("direct"),
+        albedo: output("albedo"),
+        scene: Some(SceneInputs::of(&facts.needs)),
+    };
+    plan_indirect(&mut plan, technique, settings, &inputs)?;
     Ok(plan)
 }
 
@@ -110,24 +115,51 @@ pub fn plan_scene(
 /// the caller gives, whoever made them.
 ///
 /// # Errors
-/// A setting that its declaration does not allow.
+/// A setting that its declaration does not allow, or one that needs the scene's triangles.
 pub fn plan_technique(technique: &Technique, settings: &Settings, size: [u32; 2]) -> Result<FramePlan, SettingsError> {
+    plan_on_textures(None, technique, settings, size)
+}
+
+/// As [`plan_technique`], with a scene whose buffers the recording will be given too: some settings read its
+/// triangles.
+///
+/// # Errors
+/// A setting that its declaration does not allow.
+pub fn plan_technique_of_scene(
+    facts: &SceneFacts,
+    technique: &Technique,
+    settings: &Settings,
+    size: [u32; 2],
+) -> Result<FramePlan, SettingsError> {
+    plan_on_textures(Some(SceneInputs::of(&facts.needs)), technique, settings, size)
+}
+
+fn plan_on_textures(
+    scene: Option<SceneInputs>,
+    technique: &Technique,
+    settings: &Settings,
+    size: [u32; 2],
+) -> Result<FramePlan, SettingsError> {
     let mut plan = FramePlan::new(size);
     let mut given = |name| plan.external(name, "given by the caller");
-    let inputs = Inputs { depth: given("depth"), normal: given("normal"), direct: given("direct") };
-    let albedo = given("albedo");
+    let inputs = Inputs {
+        depth: given("depth"),
+        normal: given("normal"),
+        direct: given("direct"),
+        albedo: given("albedo"),
+        scene,
+    };
     plan.outputs.extend([
         ("depth", inputs.depth),
         ("normal", inputs.normal),
-        ("albedo", albedo),
+        ("albedo", inputs.albedo),
         ("direct", inputs.direct),
     ]);
-    plan_indirect(&mut plan, technique, settings, &inputs, albedo)?;
+    plan_indirect(&mut plan, technique, settings, &inputs)?;
     Ok(plan)
 }
 
-/// Adds a technique and the final image to a plan that already has depth, normal, direct light and
-/// albedo.
+/// Adds a technique and the final image to a plan that already has what the technique reads.
 ///
 /// # Errors
 /// A setting that its declaration does not allow.
@@ -136,7 +168,6 @@ pub fn plan_indirect(
     technique: &Technique,
     settings: &Settings,
     inputs: &Inputs,
-    albedo: ResourceId,
 ) -> Result<(), SettingsError> {
     let size = plan.display_size;
     let Some(indirect) = (technique.plan)(plan, inputs, settings)? else {
@@ -150,7 +181,7 @@ pub fn plan_indirect(
     let image = plan.texture("final", size, format, "the image to show");
     plan.pass(Part::Technique, "composite", variant("composite/composite", &[("float16", half)]))
         .bind("direct", inputs.direct)
-        .bind("albedo", albedo)
+        .bind("albedo", inputs.albedo)
         .bind("indirect", indirect)
         .bind("final_image", image)
         .because("final = direct + albedo * indirect")

@@ -20,8 +20,9 @@ pub struct Gpu {
     render: Mutex<HashMap<RenderKey, wgpu::RenderPipeline>>,
 }
 
-/// Shader and formats of the colour targets; what else a render pipeline has is the same for all.
-type RenderKey = (&'static str, Vec<wgpu::TextureFormat>);
+/// Shader, its constants (values as bits: equality must be exact), formats of the colour targets, and whether hidden
+/// surfaces are drawn too; what else a render pipeline has is the same for all.
+type RenderKey = (&'static str, Vec<(String, u64)>, Vec<wgpu::TextureFormat>, bool);
 
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct ComputeKey {
@@ -105,9 +106,17 @@ impl Gpu {
     }
 
     /// The pipeline that draws the scene's triangles with entry points `vertex` and, where the shader
-    /// has one, `fragment`: two-sided, depth reversed, into targets of these formats.
-    pub fn render_pipeline(&self, shader: &'static Shader, formats: &[wgpu::TextureFormat]) -> wgpu::RenderPipeline {
-        let key = (shader.name, formats.to_vec());
+    /// has one, `fragment`: two-sided, depth reversed, into targets of these formats. With `hidden`, surfaces
+    /// behind others are drawn too and depth stays as it is.
+    pub fn render_pipeline(
+        &self,
+        shader: &'static Shader,
+        constants: &[(&str, f64)],
+        formats: &[wgpu::TextureFormat],
+        hidden: bool,
+    ) -> wgpu::RenderPipeline {
+        let bits = constants.iter().map(|(name, value)| (name.to_string(), value.to_bits())).collect();
+        let key = (shader.name, bits, formats.to_vec(), hidden);
         if let Some(pipeline) = self.render.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
             return pipeline.clone();
         }
@@ -119,14 +128,18 @@ impl Gpu {
             vertex: wgpu::VertexState {
                 module: &module,
                 entry_point: Some("vertex"),
-                compilation_options: Default::default(),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
                 buffers: &[],
             },
             primitive: wgpu::PrimitiveState::default(),
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: Self::DEPTH_FORMAT,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Greater),
+                depth_write_enabled: Some(!hidden),
+                depth_compare: Some(if hidden {
+                    wgpu::CompareFunction::Always
+                } else {
+                    wgpu::CompareFunction::Greater
+                }),
                 stencil: Default::default(),
                 bias: Default::default(),
             }),
@@ -134,7 +147,7 @@ impl Gpu {
             fragment: shader.entry_point("fragment").map(|entry| wgpu::FragmentState {
                 module: &module,
                 entry_point: Some(entry.name),
-                compilation_options: Default::default(),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
                 targets: &targets,
             }),
             multiview_mask: None,

@@ -16,7 +16,10 @@ pub mod truth;
 mod uniform;
 mod view;
 
-pub use frame::{DirectLight, DirectSource, SceneFacts, plan_frame, plan_indirect, plan_scene, plan_technique};
+pub use frame::{
+    DirectLight, DirectSource, SceneFacts, plan_frame, plan_indirect, plan_scene, plan_technique,
+    plan_technique_of_scene,
+};
 pub use gpu::Gpu;
 pub use record::{Externals, PassTime, Recording};
 pub use scene_buffers::SceneBuffers;

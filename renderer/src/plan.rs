@@ -34,6 +34,11 @@ pub enum ResourceKind {
         #[serde(skip)]
         bytes: Vec<u8>,
     },
+    /// A storage buffer that passes write.
+    Buffer {
+        /// Bytes.
+        size: u64,
+    },
     /// Given by the caller: a texture of another program, a buffer of the scene.
     External,
 }
@@ -67,6 +72,7 @@ impl Resource {
                 u64::from(*w) * u64::from(*h) * u64::from(*layers) * u64::from(texel)
             }
             ResourceKind::Data { bytes } => bytes.len() as u64,
+            ResourceKind::Buffer { size } => *size,
             ResourceKind::External => 0,
         }
     }
@@ -82,6 +88,17 @@ pub enum Part {
     Direct,
     /// Everything that indirect light needs beyond those.
     Technique,
+}
+
+/// Some of a scene's meshes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub enum Meshes {
+    /// All of them.
+    All,
+    /// Those that are the skin of solid matter.
+    Solid,
+    /// The others.
+    Open,
 }
 
 /// What a pass runs.
@@ -101,6 +118,13 @@ pub enum Work {
         /// Depth target and its layer, cleared to the far plane (0: depth is reversed).
         depth: (ResourceId, u32),
     },
+    /// Triangles of the scene, hidden or not, over a target that stays as it is: the fragments write to buffers.
+    Voxelize {
+        /// Depth target that gives the size; nothing is written to it.
+        target: ResourceId,
+        /// Whose triangles.
+        meshes: Meshes,
+    },
 }
 
 /// One pass: reads as "SHADER over WORK, with these bindings, because REASON".
@@ -116,6 +140,8 @@ pub struct Pass {
     pub bindings: Vec<(&'static str, ResourceId)>,
     /// Fields of the uniform block `params`.
     pub params: Vec<(&'static str, UniformValue)>,
+    /// Buffers that are set to zero before it.
+    pub cleared: Vec<ResourceId>,
     /// What runs.
     pub work: Work,
     /// Part of the frame.
@@ -139,6 +165,9 @@ impl Pass {
         if let Work::Draw { targets, depth } = &self.work {
             written.extend(targets);
             written.push(depth.0);
+        }
+        if let Work::Voxelize { target, .. } = self.work {
+            written.push(target);
         }
         (read.into_iter().map(|&(_, id)| id).collect(), written)
     }
@@ -191,9 +220,20 @@ impl FramePlan {
         self.resource(name, ResourceKind::Data { bytes }, reason)
     }
 
+    /// Adds a storage buffer of this many bytes.
+    pub fn buffer(&mut self, name: impl Into<String>, size: u64, reason: impl Into<String>) -> ResourceId {
+        self.resource(name, ResourceKind::Buffer { size }, reason)
+    }
+
     /// Adds a resource that the caller will give under this name.
     pub fn external(&mut self, name: impl Into<String>, reason: impl Into<String>) -> ResourceId {
         self.resource(name, ResourceKind::External, reason)
+    }
+
+    /// A buffer of the scene by its name, for example `scene.indices`; added to the plan where no pass has read it yet.
+    pub fn scene_buffer(&mut self, name: &str, reason: &str) -> ResourceId {
+        let known = self.resources.iter().position(|resource| resource.name == name);
+        known.map_or_else(|| self.external(name, reason), ResourceId)
     }
 
     fn resource(&mut self, name: impl Into<String>, kind: ResourceKind, reason: impl Into<String>) -> ResourceId {
@@ -212,6 +252,7 @@ impl FramePlan {
                 constants: Vec::new(),
                 bindings: Vec::new(),
                 params: Vec::new(),
+                cleared: Vec::new(),
                 work: Work::Dispatch { entry: "", size: [0, 0] },
                 part,
                 reason: String::new(),
@@ -260,6 +301,12 @@ impl PassBuilder<'_> {
         self
     }
 
+    /// Sets a buffer to zero before the pass.
+    pub fn clear(mut self, buffer: ResourceId) -> Self {
+        self.pass.cleared.push(buffer);
+        self
+    }
+
     /// Says why the pass is there.
     pub fn because(mut self, reason: impl Into<String>) -> Self {
         self.pass.reason = reason.into();
@@ -276,6 +323,12 @@ impl PassBuilder<'_> {
     /// Adds the pass: the scene's triangles into these targets.
     pub fn draw(mut self, targets: Vec<ResourceId>, depth: (ResourceId, u32)) {
         self.pass.work = Work::Draw { targets, depth };
+        self.plan.passes.push(self.pass);
+    }
+
+    /// Adds the pass: triangles of these meshes, hidden or not, at the size of this depth target.
+    pub fn voxelize(mut self, target: ResourceId, meshes: Meshes) {
+        self.pass.work = Work::Voxelize { target, meshes };
         self.plan.passes.push(self.pass);
     }
 }

@@ -1,6 +1,6 @@
 //! A plan on a device: textures, pipelines and bind groups made once, then recorded every frame.
 
-use std::collections::HashMap;
+use std::{collections::HashMap, ops::Range};
 
 use halflight_shared_shaders::{Binding, BindingKind, Stage};
 use serde::Serialize;
@@ -9,7 +9,7 @@ use wgpu::util::DeviceExt;
 use crate::{
     Gpu, SceneBuffers, View,
     gpu::known_shader,
-    plan::{FramePlan, Part, Pass, ResourceId, ResourceKind, Work},
+    plan::{FramePlan, Meshes, Part, Pass, ResourceId, ResourceKind, Work},
     uniform,
 };
 
@@ -27,6 +27,7 @@ pub struct Externals<'a> {
 pub struct Recording {
     plan: FramePlan,
     textures: Vec<Option<wgpu::Texture>>,
+    buffers: Vec<Option<wgpu::Buffer>>,
     passes: Vec<ReadyPass>,
     view: wgpu::Buffer,
     view_layout: Option<&'static BindingKind>,
@@ -45,6 +46,12 @@ enum ReadyPass {
         group: Option<wgpu::BindGroup>,
         colors: Vec<wgpu::TextureView>,
         depth: wgpu::TextureView,
+    },
+    Voxelize {
+        pipeline: wgpu::RenderPipeline,
+        group: Option<wgpu::BindGroup>,
+        target: wgpu::TextureView,
+        vertices: Vec<Range<u32>>,
     },
 }
 
@@ -82,7 +89,7 @@ impl Recording {
                     Some(make_texture(gpu, &resource.name, size, layers, format))
                 }
                 ResourceKind::External => externals.textures.get(resource.name.as_str()).cloned(),
-                ResourceKind::Data { .. } => None,
+                ResourceKind::Data { .. } | ResourceKind::Buffer { .. } => None,
             })
             .collect();
         let buffers: Vec<_> = plan
@@ -92,6 +99,12 @@ impl Recording {
                 (ResourceKind::Data { bytes }, _) => {
                     Some(make_buffer(gpu, &resource.name, bytes, wgpu::BufferUsages::STORAGE))
                 }
+                (&ResourceKind::Buffer { size }, _) => Some(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some(&resource.name),
+                    size,
+                    usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                })),
                 (ResourceKind::External, Some(scene)) => scene.by_name(&resource.name).cloned(),
                 _ => None,
             })
@@ -104,7 +117,8 @@ impl Recording {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let maker = Maker { gpu, plan: &plan, textures: &textures, buffers: &buffers, view: &view };
+        let maker =
+            Maker { gpu, plan: &plan, textures: &textures, buffers: &buffers, view: &view, scene: externals.scene };
         let passes = plan.passes.iter().map(|pass| maker.ready(pass)).collect();
         Self {
             passes,
@@ -113,6 +127,7 @@ impl Recording {
             timer: Timer::new(gpu, plan.passes.len()),
             plan,
             textures,
+            buffers,
             view,
         }
     }
@@ -125,6 +140,11 @@ impl Recording {
     /// A texture of the plan.
     pub fn texture(&self, id: ResourceId) -> Option<&wgpu::Texture> {
         self.textures[id.0].as_ref()
+    }
+
+    /// A buffer of the plan.
+    pub fn buffer(&self, id: ResourceId) -> Option<&wgpu::Buffer> {
+        self.buffers[id.0].as_ref()
     }
 
     /// A result of the plan by name, for example `indirect`.
@@ -166,6 +186,9 @@ impl Recording {
     fn record_pass(&self, encoder: &mut wgpu::CommandEncoder, index: usize, timer: Option<&Timer>) {
         let label = Some(self.plan.passes[index].name.as_str());
         let query = 2 * index as u32;
+        for buffer in self.plan.passes[index].cleared.iter().filter_map(|&id| self.buffer(id)) {
+            encoder.clear_buffer(buffer, 0, None);
+        }
         match &self.passes[index] {
             ReadyPass::Compute { pipeline, group, workgroups } => {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -219,6 +242,32 @@ impl Recording {
                     pass.set_bind_group(0, group, &[]);
                     pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
                     pass.draw_indexed(0..*count, 0, 0..1);
+                }
+            }
+            ReadyPass::Voxelize { pipeline, group, target, vertices } => {
+                let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                    label,
+                    color_attachments: &[],
+                    depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                        view: target,
+                        depth_ops: Some(wgpu::Operations {
+                            load: wgpu::LoadOp::Clear(0.0),
+                            store: wgpu::StoreOp::Discard,
+                        }),
+                        stencil_ops: None,
+                    }),
+                    timestamp_writes: timer.map(|timer| wgpu::RenderPassTimestampWrites {
+                        query_set: &timer.queries,
+                        beginning_of_pass_write_index: Some(query),
+                        end_of_pass_write_index: Some(query + 1),
+                    }),
+                    occlusion_query_set: None,
+                    multiview_mask: None,
+                });
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, group, &[]);
+                for range in vertices {
+                    pass.draw(range.clone(), 0..1);
                 }
             }
         }
@@ -290,6 +339,7 @@ struct Maker<'a> {
     textures: &'a [Option<wgpu::Texture>],
     buffers: &'a [Option<wgpu::Buffer>],
     view: &'a wgpu::Buffer,
+    scene: Option<&'a SceneBuffers>,
 }
 
 impl Maker<'_> {
@@ -306,7 +356,7 @@ impl Maker<'_> {
             }
             Work::Draw { targets, depth } => {
                 let formats: Vec<_> = targets.iter().map(|&id| self.texture(pass, id).format()).collect();
-                let pipeline = self.gpu.render_pipeline(shader, &formats);
+                let pipeline = self.gpu.render_pipeline(shader, &pass.constants, &formats, false);
                 let group = self.group(pass, |index| pipeline.get_bind_group_layout(index));
                 let colors =
                     targets.iter().map(|&id| self.texture(pass, id).create_view(&Default::default())).collect();
@@ -317,6 +367,17 @@ impl Maker<'_> {
                     ..Default::default()
                 });
                 ReadyPass::Draw { pipeline, group, colors, depth }
+            }
+            Work::Voxelize { target, meshes } => {
+                let pipeline = self.gpu.render_pipeline(shader, &pass.constants, &[], true);
+                let group = self.group(pass, |index| pipeline.get_bind_group_layout(index));
+                let target = self.texture(pass, *target).create_view(&Default::default());
+                let vertices = self.scene.map_or(Vec::new(), |scene| match meshes {
+                    Meshes::All => std::iter::once(0..scene.index_count).collect(),
+                    Meshes::Solid => scene.solid.clone(),
+                    Meshes::Open => scene.open.clone(),
+                });
+                ReadyPass::Voxelize { pipeline, group, target, vertices }
             }
         }
     }

@@ -1,5 +1,7 @@
 //! The scene on the device. Layouts are those of `common/scene.wgsl`.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, vec2};
 use halflight_scenes::{Light, Scene, Texture};
@@ -62,6 +64,10 @@ pub struct SceneBuffers {
     pub lights: wgpu::Buffer,
     /// Number of indices; 0 for an empty scene.
     pub index_count: u32,
+    /// Indices of the meshes that are the skin of solid matter.
+    pub solid: Vec<Range<u32>>,
+    /// Indices of the other meshes.
+    pub open: Vec<Range<u32>>,
     /// Number of lights; 0 for an unlit scene.
     pub light_count: u32,
 }
@@ -85,6 +91,7 @@ impl SceneBuffers {
             })
             .collect();
         let lights = lights(&scene.lights);
+        let [solid, open] = solid_and_open(scene);
         let storage = |label, bytes: &[u8], size: usize, usage| {
             let empty = vec![0u8; size];
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -102,6 +109,8 @@ impl SceneBuffers {
             texels: storage("scene.texels", cast_slice(&texels), 4, none),
             lights: storage("scene.lights", cast_slice(&lights), size_of::<GpuLight>(), none),
             index_count: indices.len() as u32,
+            solid,
+            open,
             light_count: lights.len() as u32,
         }
     }
@@ -110,6 +119,7 @@ impl SceneBuffers {
     pub(crate) fn by_name(&self, name: &str) -> Option<&wgpu::Buffer> {
         match name.strip_prefix("scene.")? {
             "vertices" => Some(&self.vertices),
+            "indices" => Some(&self.indices),
             "materials" => Some(&self.materials),
             "texels" => Some(&self.texels),
             "lights" => Some(&self.lights),
@@ -134,6 +144,23 @@ fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>) {
         indices.extend(mesh.indices.iter().map(|index| first + index));
     }
     (vertices, indices)
+}
+
+/// Ranges of indices of the meshes that enclose solid matter and of those that do not; neighbours are joined.
+fn solid_and_open(scene: &Scene) -> [Vec<Range<u32>>; 2] {
+    let mut both = [const { Vec::<Range<u32>>::new() }; 2];
+    let mut first = 0;
+    for mesh in &scene.meshes {
+        let end = first + mesh.indices.len() as u32;
+        let ranges = &mut both[usize::from(!scene.is_solid(mesh))];
+        match ranges.last_mut() {
+            Some(last) if last.end == first => last.end = end,
+            _ if end > first => ranges.push(first..end),
+            _ => {}
+        }
+        first = end;
+    }
+    both
 }
 
 /// Octahedral map to two signed 16-bit numbers, as `octahedral_encode` and `pack2x16snorm` do.

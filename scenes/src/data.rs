@@ -174,6 +174,12 @@ impl Scene {
         })
     }
 
+    /// Whether a mesh of this scene is the skin of solid matter: watertight, and without cut-outs.
+    pub fn is_solid(&self, mesh: &Mesh) -> bool {
+        let cut_out = self.materials.get(mesh.material).is_some_and(|material| material.alpha_texture.is_some());
+        !cut_out && mesh.is_watertight()
+    }
+
     /// Number of triangles over all meshes.
     pub fn triangle_count(&self) -> usize {
         self.meshes.iter().map(|mesh| mesh.indices.len() / 3).sum()

@@ -10,6 +10,7 @@ mod error;
 pub mod generators;
 mod load;
 mod needs;
+mod watertight;
 
 pub use data::{Camera, Environment, Light, Material, Mesh, Scene, Texture};
 pub use error::SceneError;

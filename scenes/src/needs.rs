@@ -18,6 +18,10 @@ pub struct SceneNeeds {
     pub emitters: bool,
     /// Some material has a specular part.
     pub glossy: bool,
+    /// Number of meshes that enclose solid matter ([`Mesh::is_watertight`](crate::Mesh::is_watertight)); cut-outs do not.
+    pub watertight_meshes: usize,
+    /// Number of meshes that do not.
+    pub open_meshes: usize,
     /// Number of directional lights.
     pub directional_lights: usize,
     /// Number of spot lights.
@@ -33,6 +37,8 @@ impl SceneNeeds {
     pub fn of(scene: &Scene) -> Self {
         let used =
             || scene.meshes.iter().filter(|m| !m.indices.is_empty()).filter_map(|m| scene.materials.get(m.material));
+        let meshes = || scene.meshes.iter().filter(|m| !m.indices.is_empty());
+        let watertight = meshes().filter(|mesh| scene.is_solid(mesh)).count();
         let count = |wanted: fn(&Light) -> bool| scene.lights.iter().filter(|&light| wanted(light)).count();
         Self {
             triangles: scene.triangle_count(),
@@ -40,6 +46,8 @@ impl SceneNeeds {
             textured: used().any(|m| m.albedo_texture.is_some()),
             emitters: used().any(|m| m.emission != [0.0; 3]),
             glossy: used().any(|m| m.specular != [0.0; 3]),
+            watertight_meshes: watertight,
+            open_meshes: meshes().count() - watertight,
             directional_lights: count(|l| matches!(l, Light::Directional { .. })),
             spot_lights: count(|l| matches!(l, Light::Spot { .. })),
             point_lights: count(|l| matches!(l, Light::Point { .. })),
@@ -55,7 +63,7 @@ mod tests {
 
     /// Two triangles of a plain material; a second material that no mesh uses; a third on an empty mesh.
     fn scene(used: Material, other: Material) -> Scene {
-        let mesh = |material, indices| Mesh { material, indices, ..Mesh::default() };
+        let mesh = |material, indices| Mesh { material, indices, positions: vec![[0.0; 3]], ..Mesh::default() };
         Scene {
             meshes: vec![mesh(0, vec![0; 6]), mesh(2, vec![])],
             materials: vec![used, other.clone(), other],
@@ -65,7 +73,7 @@ mod tests {
 
     #[test]
     fn a_plain_scene_needs_nothing() {
-        let plain = SceneNeeds { triangles: 2, ..SceneNeeds::default() };
+        let plain = SceneNeeds { triangles: 2, open_meshes: 1, ..SceneNeeds::default() };
         assert_eq!(SceneNeeds::of(&scene(Material::default(), Material::default())), plain);
         assert_eq!(SceneNeeds::of(&Scene::default()), SceneNeeds::default());
         // A mesh whose material is out of range needs nothing of it.
@@ -75,7 +83,7 @@ mod tests {
 
     #[test]
     fn materials_count_where_a_mesh_uses_them() {
-        let plain = SceneNeeds { triangles: 2, ..SceneNeeds::default() };
+        let plain = SceneNeeds { triangles: 2, open_meshes: 1, ..SceneNeeds::default() };
         let default = Material::default;
         for (special, needs) in [
             (Material { alpha_texture: Some(0), ..default() }, SceneNeeds { alpha_tested: true, ..plain.clone() }),

@@ -3,6 +3,7 @@
 
 pub mod oracle;
 pub mod scenes;
+pub mod voxels;
 
 use std::{
     path::{Path, PathBuf},

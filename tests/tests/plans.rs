@@ -158,6 +158,34 @@ fn settings_of_the_gather_change_what_they_name() {
 }
 
 #[test]
+fn visibility_adds_voxels_and_nothing_else() {
+    let mut scene = scenes::court();
+    let values = [("levels", "2"), ("start_resolution", "half")];
+    let plan = |scene: &Scene, visibility| {
+        plan(scene, "hierarchical", &[&values[..], &[("visibility", visibility)]].concat(), SIZE)
+    };
+    let off = plan(&scene, "off");
+    assert_eq!(off, self::plan(&scene, "hierarchical", &values, SIZE), "off is the default");
+    let surface = plan(&scene, "surface");
+    let grids = ["voxels_2", "voxels_4"];
+    let raster = ["depth_range", "voxelize_surfaces"];
+    assert_eq!(added(&passes(&off), &passes(&surface)), [&raster[..], &grids].concat());
+    let resources_added = ["depth_range", "columns", "voxel_target", "scene.indices"];
+    assert_eq!(added(&resources(&off), &resources(&surface)), [&resources_added[..], &grids].concat());
+    let shader = |plan: &FramePlan, name| plan.find(name).unwrap().shader.clone();
+    assert_eq!(shader(&off, "gather_0"), "hierarchical/gather");
+    assert_eq!(shader(&surface, "gather_0"), "hierarchical/gather+visibility");
+    assert_eq!(shader(&surface, "voxelize_surfaces"), "hierarchical/voxelize");
+    // Each mesh as it is: no mesh of this scene is watertight, so no pass looks for solid ones.
+    assert_eq!(passes(&plan(&scene, "auto")), passes(&surface));
+    assert!(plan(&scene, "solid").find("voxelize_solid").is_some());
+    assert!(plan(&scene, "solid").find("voxelize_surfaces").is_none());
+    // Cut-outs are looked up where there are any.
+    scene.materials[1].alpha_texture = Some(0);
+    assert_eq!(shader(&plan(&scene, "surface"), "voxelize_surfaces"), "hierarchical/voxelize+alpha_tested");
+}
+
+#[test]
 fn a_level_that_does_not_exist_is_refused() {
     let values = settings("hierarchical", &[("levels", "2"), ("only_level", "2")]);
     let facts = SceneFacts::of(&scenes::court());
@@ -187,9 +215,9 @@ fn overrides(parameters: &[Parameter]) -> BTreeSet<&'static str> {
 
 #[test]
 fn override_parameters_and_override_constants_are_the_same() {
-    // Set by the plan itself: children of a texel, whether a level gathered, number of lights.
+    // Set by the plan itself: children of a texel, whether a level gathered, whether meshes are solid, number of lights.
     let by_plan = |folder: &str| match folder {
-        "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED"]),
+        "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED", "SOLID"]),
         "direct" => BTreeSet::from(["LIGHTS"]),
         _ => BTreeSet::new(),
     };
@@ -245,6 +273,10 @@ fn technique_plans() -> Vec<FramePlan> {
                             ("only_level", only_level),
                         ];
                         all.push(plan(&scene, "hierarchical", &values, size));
+                        for visibility in ["solid", "surface", "auto"] {
+                            let values = [&values[..], &[("visibility", visibility)]].concat();
+                            all.push(plan(&scene, "hierarchical", &values, size));
+                        }
                     }
                 }
             }
@@ -255,7 +287,11 @@ fn technique_plans() -> Vec<FramePlan> {
 
 fn every_plan() -> Vec<FramePlan> {
     let scenes = needs();
-    scenes.iter().map(|scene| plan(scene, "hierarchical", &[], SIZE)).chain(technique_plans()).collect()
+    let plans = |visibility| {
+        let plan = move |scene| plan(scene, "hierarchical", &[("visibility", visibility)], SIZE);
+        scenes.iter().map(plan)
+    };
+    plans("off").chain(plans("auto")).chain(technique_plans()).collect()
 }
 
 #[test]
@@ -307,7 +343,9 @@ fn every_plan_reads_only_what_was_written_and_wastes_nothing() {
         let distinct = |names: Vec<&str>| names.iter().collect::<BTreeSet<_>>().len() == names.len();
         assert!(distinct(passes(&plan)), "two passes share a name: {:?}", passes(&plan));
         assert!(distinct(resources(&plan)), "two resources share a name: {:?}", resources(&plan));
-        let made = |id: &ResourceId| matches!(plan.resources[id.0].kind, ResourceKind::Texture { .. });
+        let made = |id: &ResourceId| {
+            matches!(plan.resources[id.0].kind, ResourceKind::Texture { .. } | ResourceKind::Buffer { .. })
+        };
         let mut written = BTreeSet::new();
         let mut read = BTreeSet::new();
         for pass in &plan.passes {
@@ -325,9 +363,11 @@ fn every_plan_reads_only_what_was_written_and_wastes_nothing() {
         for (index, resource) in plan.resources.iter().enumerate() {
             let id = ResourceId(index);
             assert!(!resource.reason.is_empty(), "{} has no reason", resource.name);
-            // A depth test is read by the pass that writes it; the second sum of a short exhaustive one only bound.
+            // A depth test is read by the pass that writes it, a target of voxels gives the size; the second sum of a
+            // short exhaustive one is only bound.
             let result = plan.outputs.values().any(|&output| output == id);
-            assert!(result || read.contains(&id) || resource.name == "depth_test", "nobody reads {}", resource.name);
+            let target = ["depth_test", "voxel_target"].contains(&resource.name.as_str());
+            assert!(result || target || read.contains(&id), "nobody reads {}", resource.name);
         }
     }
 }

@@ -21,6 +21,7 @@ impl fmt::Display for ResourceKind {
             Self::Texture { size: [w, h], layers: 1, format } => format!("{w}x{h} {format:?}"),
             Self::Texture { size: [w, h], layers, format } => format!("{w}x{h}x{layers} {format:?}"),
             Self::Data { .. } => "data".into(),
+            Self::Buffer { .. } => "buffer".into(),
             Self::External => "given".into(),
         })
     }

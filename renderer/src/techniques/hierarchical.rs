@@ -1,8 +1,12 @@
 //! Hierarchical screen-space indirect illumination (Soler et al. 2009): a pyramid of surfels, one
-//! gather per level, and a joint bilateral filter that brings the levels together.
+//! gather per level, and a joint bilateral filter that brings the levels together. Visibility through a
+//! voxel grid and further bounces are those of Soler & Hoel 2010.
+
+mod visibility;
 
 use wgpu::TextureFormat as Format;
 
+use self::visibility::LevelVoxels;
 use super::{Inputs, Technique};
 use crate::{
     choice,
@@ -110,6 +114,40 @@ choice! {
     }
 }
 
+choice! {
+    /// How the scene is voxelised, to find what stands between a surface and its source (2010).
+    pub enum Visibility {
+        /// Not at all: light passes through everything.
+        Off = "off",
+        /// Every mesh as the skin of solid matter.
+        Solid = "solid",
+        /// Every mesh as surfaces.
+        Surface = "surface",
+        /// Watertight meshes as solid, the others as surfaces.
+        Auto = "auto",
+    }
+}
+
+choice! {
+    /// How four columns of the voxel grid become one of the next level.
+    pub enum VisibilityDownsampling {
+        /// A slice is set where all four have it (2010): thin occluders get lost.
+        And = "and",
+        /// A slice is set where any has it: occluders grow.
+        Or = "or",
+    }
+}
+
+choice! {
+    /// Bounces whose light is tested for visibility.
+    pub enum VisibilityBounces {
+        /// Every bounce.
+        All = "all",
+        /// The first one alone.
+        First = "first",
+    }
+}
+
 impl StartResolution {
     /// Width of a texel of level 0 in pixels of the display.
     pub fn divisor(self) -> u32 {
@@ -146,6 +184,16 @@ parameters! {
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
         /// Gather one level only and leave the others black.
         only_level: OnlyLevel = OnlyLevel::All, unit "", grid [OnlyLevel::All], role Plan;
+        /// What stands between a surface and its source: off, light passes; solid, surface or auto, a voxel grid of every mesh as solid, as surfaces, or as each mesh is.
+        visibility: Visibility = Visibility::Off, unit "", grid [Visibility::Off, Visibility::Auto], role Plan;
+        /// Voxels of a coarser level: and, as published, loses thin occluders; or lets them grow.
+        visibility_downsampling: VisibilityDownsampling = VisibilityDownsampling::Or, unit "",
+        grid [VisibilityDownsampling::And, VisibilityDownsampling::Or], role Override("ANY_CHILD");
+        /// Bounces that are tested for visibility: all, or the first alone.
+        visibility_bounces: VisibilityBounces = VisibilityBounces::All, unit "",
+        grid [VisibilityBounces::All, VisibilityBounces::First], role Plan;
+        /// Successive samples that share one ray through the voxels: the mean stays, the noise of visibility grows, its cost falls; 1 as published.
+        samples_per_ray: u32 = 4, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
     }
 }
 
@@ -199,10 +247,12 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     }
     // Levels coarser than the only one wanted have nothing to add.
     let levels = plan_pyramid(plan, inputs, &parameters, only.unwrap_or(parameters.levels - 1));
+    let voxels = visibility::plan_voxels(plan, inputs, &parameters, &levels)?;
     let mut gathered = Vec::new();
     for (k, level) in levels.iter().enumerate() {
         let wanted = only.is_none_or(|only| only == k as u32);
-        gathered.push(wanted.then(|| plan_gather(plan, &parameters, k as u32, level, levels[0].size)));
+        let voxels = voxels.as_ref().map(|voxels| voxels.level(k));
+        gathered.push(wanted.then(|| plan_gather(plan, &parameters, k as u32, level, levels[0].size, voxels)));
     }
     // Coarsest first.
     let mut indirect = None;
@@ -302,7 +352,14 @@ fn plan_pyramid(plan: &mut FramePlan, inputs: &Inputs, parameters: &Hierarchical
     levels
 }
 
-fn plan_gather(plan: &mut FramePlan, parameters: &Hierarchical, k: u32, level: &Level, start: [u32; 2]) -> ResourceId {
+fn plan_gather(
+    plan: &mut FramePlan,
+    parameters: &Hierarchical,
+    k: u32,
+    level: &Level,
+    start: [u32; 2],
+    voxels: Option<LevelVoxels>,
+) -> ResourceId {
     let radius = if parameters.radius > 0.0 {
         parameters.radius
     } else {
@@ -322,7 +379,9 @@ fn plan_gather(plan: &mut FramePlan, parameters: &Hierarchical, k: u32, level: &
         Format::Rgba32Float,
         "light that the ring of this level sends",
     );
-    plan.pass(Part::Technique, format!("gather_{k}"), "hierarchical/gather")
+    let shader = variant("hierarchical/gather", &[("visibility", voxels.is_some())]);
+    let mut pass = plan
+        .pass(Part::Technique, format!("gather_{k}"), shader)
         .constants(&parameters.constants())
         .param("scale", level.scale as f32)
         .param("inner_square", inner * inner)
@@ -332,8 +391,11 @@ fn plan_gather(plan: &mut FramePlan, parameters: &Hierarchical, k: u32, level: &
         .param("level", k)
         .bind("surfels", level.surfels)
         .bind("gathered", gathered)
-        .because(format!("ring of {inner:.1} to {outer:.1} texels of {0}x{0} pixels", level.scale))
-        .over(level.size);
+        .because(format!("ring of {inner:.1} to {outer:.1} texels of {0}x{0} pixels", level.scale));
+    if let Some(LevelVoxels { voxels, depth_range }) = voxels {
+        pass = pass.bind("voxels", voxels).bind("depth_range", depth_range);
+    }
+    pass.over(level.size);
     gathered
 }
 

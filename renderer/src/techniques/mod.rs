@@ -1,5 +1,7 @@
 //! The techniques: each is one module here and one WGSL folder, and a line in [`TECHNIQUES`].
 
+use halflight_scenes::SceneNeeds;
+
 pub use crate::parameters::SettingsError;
 use crate::{
     DirectLight,
@@ -19,6 +21,32 @@ pub struct Inputs {
     pub normal: ResourceId,
     /// Radiance after direct light.
     pub direct: ResourceId,
+    /// Diffuse reflectance.
+    pub albedo: ResourceId,
+    /// The scene itself; `None` where only textures are given.
+    pub scene: Option<SceneInputs>,
+}
+
+/// Facts that decide how a technique reads the scene's buffers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneInputs {
+    /// Some material has a cut-out texture.
+    pub alpha_tested: bool,
+    /// Some mesh encloses solid matter.
+    pub solid_meshes: bool,
+    /// Some mesh does not.
+    pub open_meshes: bool,
+}
+
+impl SceneInputs {
+    /// Those of a scene with these needs.
+    pub fn of(needs: &SceneNeeds) -> Self {
+        Self {
+            alpha_tested: needs.alpha_tested,
+            solid_meshes: needs.watertight_meshes > 0,
+            open_meshes: needs.open_meshes > 0,
+        }
+    }
 }
 
 /// A way to find indirect light.

@@ -1,10 +1,19 @@
+// variants: visibility, pairs
 // Indirect light that each texel of one level receives from a ring around it (Soler 2009, section 3.2).
+// With `visibility`, only from what the voxel grid does not hide (2010). `pairs` is for tests: it answers for given
+// pairs of texels whether one sees the other, and no frame has it.
 import package::common::math::spread2;
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::{
     SNORM_16, surfel_depth, surfel_direction, surfel_normal, surfel_offset, surfel_position, surfel_radiance,
 };
 import package::common::form_factor::{form_factor, pixel_area_factor};
+@if(visibility) import package::common::voxels::{
+    Slices, slices_of_range, slice_of_depth, slice_thickness, slice_mask, WORD_SLICES,
+};
+@if(visibility) import package::hierarchical::march::{
+    March, begin_march, slice_at, clear_of_plane, place_of_fraction,
+};
 
 struct Params {
     // Width of a texel in full-resolution pixels.
@@ -23,15 +32,122 @@ struct Params {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
-@group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(!(pairs && visibility)) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(visibility) @group(0) @binding(4) var<storage, read> depth_range: array<u32>;
+@if(visibility) @group(0) @binding(5) var voxels: texture_2d_array<u32>;
+// Texels of receiver and source; answers are 1 where the source is seen.
+@if(pairs && visibility) @group(0) @binding(6) var<storage, read> pairs: array<vec4u>;
+@if(pairs && visibility) @group(0) @binding(7) var answers: texture_storage_2d<r32float, write>;
 
 override SAMPLES: u32 = 64u;
 // Equation 4 (true) or Equation 3 (false).
 override POINT_TO_DISC: bool = true;
+// Successive samples that share one ray through the grid.
+@if(visibility) override SAMPLES_PER_RAY: u32 = 4u;
 
 // cos and sin of the golden angle: successive samples turn by it, which spreads any number of them
 // evenly over the circle (Vogel 1979).
 const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
+
+// Streams of random numbers after those of the levels of all bounces.
+@if(visibility) const VISIBILITY_STREAM: u32 = 1024u;
+// The largest float under 1: a number that shares are compared with stays under a share of all.
+@if(visibility) const BELOW_ONE: f32 = 0.99999994;
+// Under this, light counts as none.
+@if(visibility) const SMALLEST_LIGHT: f32 = 1e-36;
+
+// A surface at either end of a ray; lengths are in the receiver's depth.
+@if(visibility)
+struct End {
+    // Place in texels of the level, view ray with z = -1, depth, normal of any length.
+    place: vec2f,
+    ray: vec3f,
+    depth: f32,
+    normal: vec3f,
+}
+
+@if(visibility)
+fn end_at(words: vec4u, texel: vec2f, unit: f32) -> End {
+    let pixel = texel * params.scale + vec2f(surfel_offset(words)) + 0.5;
+    let ray = vec3f((pixel / view.display_size * 2.0 - 1.0) * vec2f(1.0, -1.0) * view.tan_half_fov, -1.0);
+    return End(pixel / params.scale, ray, surfel_depth(words) * unit, surfel_direction(words));
+}
+
+/// Whether nothing in the grid of this level hides `source` from `receiver`. `unit` is one over the receiver's depth
+/// in scene units.
+@if(visibility)
+fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
+    let toward = source.ray * source.depth - receiver.ray;
+    // Width of a column and of a slice, for each unit of depth.
+    let column = 2.0 * params.scale * view.tan_half_fov / view.display_size;
+    let slice = slice_thickness(slices);
+    let near = clear_of_plane(
+        receiver.normal,
+        receiver.ray,
+        source.ray,
+        1.0,
+        source.depth,
+        dot(receiver.normal, toward),
+        column,
+        slice,
+    );
+    let far = 1.0 - clear_of_plane(
+        source.normal,
+        source.ray,
+        receiver.ray,
+        source.depth,
+        1.0,
+        -dot(source.normal, toward),
+        column,
+        slice,
+    );
+    if near >= far {
+        return true;
+    }
+    var march = begin_march(
+        receiver.place,
+        source.place,
+        source.depth,
+        vec2f(slice_of_depth(1.0 / unit, slices), slices.per_octave),
+        place_of_fraction(near, source.depth),
+        place_of_fraction(far, source.depth),
+    );
+    var blockers = 0u;
+    while march.at < march.end && blockers == 0u {
+        march.at = min(march.end, min(march.crossing.x, march.crossing.y));
+        let slice = slice_at(march, march.at);
+        let first = min(march.entry, slice);
+        let last = max(march.entry, slice);
+        let word = first / WORD_SLICES;
+        blockers = textureLoad(voxels, march.column, word, 0).x & slice_mask(first, last, word);
+        // Rarely another word holds the rest.
+        for (var next = word + 1; next <= last / WORD_SLICES; next++) {
+            blockers |= textureLoad(voxels, march.column, next, 0).x & slice_mask(first, last, next);
+        }
+        march.entry = slice;
+        let along_x = march.crossing.x < march.crossing.y;
+        march.column += select(vec2i(0, march.stride.y), vec2i(march.stride.x, 0), along_x);
+        march.crossing += select(vec2f(0.0, march.spacing.y), vec2f(march.spacing.x, 0.0), along_x);
+    }
+    return blockers == 0u;
+}
+
+@if(pairs && visibility)
+@compute @workgroup_size(64)
+fn answer_pairs(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= arrayLength(&pairs) {
+        return;
+    }
+    let pair = pairs[id.x];
+    let receiver = textureLoad(surfels, pair.xy, 0);
+    let source = textureLoad(surfels, pair.zw, 0);
+    let unit = 1.0 / surfel_depth(receiver);
+    let slices = slices_of_range(depth_range[0], depth_range[1]);
+    let seen = sees(end_at(receiver, vec2f(pair.xy), unit), end_at(source, vec2f(pair.zw), unit), slices, unit);
+    textureStore(answers, vec2u(id.x, 0u), vec4f(f32(seen)));
+}
+
+@if(!(pairs && visibility))
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
     let size = textureDimensions(surfels);
@@ -61,6 +177,15 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let angle = 6.283185307179586 * random.y;
     var direction = vec2f(cos(angle), sin(angle));
     var sum = vec3f(0.0);
+    // One sample of every few is picked, in proportion to what it would bring, and stands for them where it is seen
+    // (resampled importance sampling, Talbot et al. 2005): the mean stays, rays are saved.
+    @if(visibility) let receiver = end_at(own, vec2f(id.xy), unit);
+    @if(visibility) let slices = slices_of_range(depth_range[0], depth_range[1]);
+    @if(visibility) var choice = spread2(id.xy, view.frame, params.level + VISIBILITY_STREAM, view.seed).x;
+    @if(visibility) var light_of_all = 0.0;
+    @if(visibility) var picked = vec2f(0.0);
+    @if(visibility) var picked_light = vec3f(0.0);
+    @if(visibility) var picked_strength = 0.0;
     for (var i = 0u; i < SAMPLES; i++) {
         let point = centre + sqrt(square) * direction;
         square += step;
@@ -82,7 +207,33 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             normal, ray * depth - position, ray, depth, surfel_direction(words), SNORM_16, area, POINT_TO_DISC,
         );
         // Outside, a load may give any texel, whose factor is finite all the same.
-        sum += surfel_radiance(words) * select(0.0, factor, on_screen);
+        @if(!visibility) {
+            sum += surfel_radiance(words) * select(0.0, factor, on_screen);
+        }
+        @if(visibility) {
+            let light = surfel_radiance(words) * select(0.0, factor, on_screen);
+            let strength = max(light.x, max(light.y, light.z));
+            light_of_all += strength;
+            // One number serves all choices: what is left of it after each one is as random as before.
+            let share = strength / max(light_of_all, SMALLEST_LIGHT);
+            let pick = choice < share;
+            choice = min(select((choice - share) / max(1.0 - share, 1e-6), choice / max(share, 1e-6), pick), BELOW_ONE);
+            picked = select(picked, texel, pick);
+            picked_light = select(picked_light, light, pick);
+            picked_strength = select(picked_strength, strength, pick);
+            if i % SAMPLES_PER_RAY == SAMPLES_PER_RAY - 1u || i == SAMPLES - 1u {
+                if picked_strength > 0.0 {
+                    let source = end_at(textureLoad(surfels, vec2i(picked), 0), picked, unit);
+                    if sees(receiver, source, slices, unit) {
+                        sum += picked_light * (light_of_all / picked_strength);
+                    }
+                }
+                light_of_all = 0.0;
+                picked_strength = 0.0;
+                // Another number for the next few: the golden ratio's steps fill the line evenly.
+                choice = fract(choice + 0.6180339887498949);
+            }
+        }
     }
     textureStore(gathered, id.xy, vec4f(sum * params.discs, 1.0));
 }

@@ -1,0 +1,110 @@
+// variants: alpha_tested
+// The finest voxel grid, in one pass over the scene's triangles, hidden ones included (Soler & Hoel 2010, section 4).
+// Surfaces set the slices that they cross. The skins of solid matter flip every slice nearer than themselves instead,
+// so that what lies between a front and a back face stays set, also where the near plane cuts it open.
+import package::common::view::View;
+import package::common::scene::{Vertex, Material, NO_TEXTURE};
+import package::common::voxels::{WORDS, SLICES, slices_of_range, slice_of_depth, slice_mask};
+@if(alpha_tested) import package::common::texture_pool::{texture_footprint, filter_footprint};
+
+struct Params {
+    // Size of the grid, texels, and width of a texel in full-resolution pixels.
+    grid: vec2f,
+    scale: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var<storage, read> vertices: array<Vertex>;
+@group(0) @binding(3) var<storage, read> indices: array<u32>;
+@group(0) @binding(4) var<storage, read> depth_range: array<u32>;
+@group(0) @binding(5) var<storage, read_write> columns: array<atomic<u32>>;
+@if(alpha_tested) @group(0) @binding(6) var<storage, read> materials: array<Material>;
+@if(alpha_tested) @group(0) @binding(7) var<storage, read> texels: array<u32>;
+
+// Whether the meshes are skins of solid matter.
+override SOLID: bool = false;
+
+struct Varyings {
+    @builtin(position) clip: vec4f,
+    @location(0) depth: f32,
+    // Nearest and farthest corner of the triangle: a fragment's slope reaches no farther.
+    @location(1) @interpolate(flat, either) extent: vec2f,
+    @if(alpha_tested) @location(2) uv: vec2f,
+    @if(alpha_tested) @location(3) @interpolate(flat, either) material: u32,
+}
+
+fn view_space(index: u32) -> vec3f {
+    return (view.world_to_view * vec4f(vertices[indices[index]].position, 1.0)).xyz;
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
+    let first = index - index % 3u;
+    let depths = -vec3f(view_space(first).z, view_space(first + 1u).z, view_space(first + 2u).z);
+    let position = view_space(index);
+    // The grid's last texels may reach beyond the screen: texel coordinates are those of every other pass.
+    let ndc = position.xy / view.tan_half_fov;
+    let stretch = view.display_size / (params.scale * params.grid);
+    let w = -position.z;
+    var out: Varyings;
+    out.clip = vec4f(
+        (ndc.x + w) * stretch.x - w,
+        w - (w - ndc.y) * stretch.y,
+        view.near,
+        w,
+    );
+    out.depth = w;
+    out.extent = vec2f(min(depths.x, min(depths.y, depths.z)), max(depths.x, max(depths.y, depths.z)));
+    @if(alpha_tested) {
+        let source = vertices[indices[index]];
+        out.uv = source.uv;
+        out.material = source.material;
+    }
+    return out;
+}
+
+@if(alpha_tested)
+fn is_hole(in: Varyings) -> bool {
+    let start = materials[in.material].alpha_texture;
+    if start == NO_TEXTURE {
+        return false;
+    }
+    let footprint = texture_footprint(start, vec2u(texels[start], texels[start + 1u]), in.uv);
+    let i = footprint.indices;
+    return filter_footprint(vec4u(texels[i.x], texels[i.y], texels[i.z], texels[i.w]), footprint.weights).a < 0.5;
+}
+
+@fragment
+fn fragment(in: Varyings, @builtin(front_facing) front: bool) {
+    let reach = 0.5 * (abs(dpdx(in.depth)) + abs(dpdy(in.depth)));
+    @if(alpha_tested) {
+        if is_hole(in) {
+            discard;
+        }
+    }
+    let slices = slices_of_range(depth_range[0], depth_range[1]);
+    let texel = vec2u(in.clip.xy);
+    let place = (texel.y * u32(params.grid.x) + texel.x) * u32(WORDS);
+    if SOLID {
+        // The skin's own slice belongs to the inside, on either face: matter thinner than a slice is kept.
+        let last = i32(floor(slice_of_depth(in.depth, slices))) - select(0, 1, front);
+        for (var word = 0; word < WORDS; word++) {
+            let mask = slice_mask(0, last, word);
+            if mask != 0u {
+                atomicXor(&columns[place + u32(word)], mask);
+            }
+        }
+    } else {
+        let first = slice_of_depth(max(in.depth - reach, in.extent.x), slices);
+        let last = slice_of_depth(min(in.depth + reach, in.extent.y), slices);
+        if last >= 0.0 && first < SLICES {
+            for (var word = 0; word < WORDS; word++) {
+                let mask = slice_mask(i32(floor(first)), i32(floor(last)), word);
+                if mask != 0u {
+                    atomicOr(&columns[place + u32(word)], mask);
+                }
+            }
+        }
+    }
+}

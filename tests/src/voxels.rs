@@ -1,0 +1,263 @@
+//! The voxel grid and its rays once more, in double precision on the CPU: every column on the way is clipped on its
+//! own, where the shader steps from one to the next.
+
+use halflight_evaluator::session::{Frames, Session};
+use halflight_renderer::{
+    SceneFacts,
+    parameters::Settings,
+    plan::{FramePlan, Part},
+    plan_frame,
+    techniques::hierarchical::{Hierarchical, covering_radius, ring_radii},
+};
+use wgpu::TextureFormat;
+
+use crate::{
+    known,
+    oracle::{GBuffer, Pixel, Random},
+};
+
+/// Slices of a column.
+const SLICES: f64 = 128.0;
+
+/// The grid of one level.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    /// Width and height, texels.
+    pub size: [u32; 2],
+    /// Width of a texel, full-resolution pixels.
+    pub scale: u32,
+    /// 128 slices a column, slice 0 lowest.
+    pub columns: Vec<u128>,
+    /// Depth where slice 0 begins, scene units.
+    pub begin: f64,
+    /// Slices in one octave of depth.
+    pub per_octave: f64,
+}
+
+impl Grid {
+    /// The finest grid, as the raster passes left it.
+    ///
+    /// # Panics
+    /// Where the plan has no voxels.
+    pub fn read(frames: &Frames, scale: u32) -> Self {
+        let read = |name| frames.read_buffer(name).expect("the buffer is read").expect("the plan has voxels");
+        let (columns, range) = (read("columns"), read("depth_range"));
+        let words: &[[u32; 4]] = bytemuck::cast_slice(&columns);
+        let range: &[u32] = bytemuck::cast_slice(&range);
+        let (begin, end) = (f64::from(f32::from_bits(!range[0])), f64::from(f32::from_bits(range[1])));
+        let column = |words: &[u32; 4]| words.iter().rev().fold(0, |column, &word| column << 32 | u128::from(word));
+        Self {
+            size: frames.view().display_size.map(|v| v.div_ceil(scale)),
+            scale,
+            columns: words.iter().map(column).collect(),
+            begin,
+            // As slices_of_range of common/voxels.wgsl.
+            per_octave: SLICES * 0.9999 / (end.log2() - begin.log2()).max(2e-3),
+        }
+    }
+
+    /// The next coarser grid: OR of the children, or AND.
+    pub fn coarser(&self, any: bool) -> Self {
+        let size = self.size.map(|v| v.div_ceil(2));
+        let child = |x: u32, y: u32| {
+            let [x, y] = [x.min(self.size[0] - 1), y.min(self.size[1] - 1)];
+            self.columns[(y * self.size[0] + x) as usize]
+        };
+        let columns = (0..size[0] * size[1]).map(|i| {
+            let (x, y) = (2 * (i % size[0]), 2 * (i / size[0]));
+            let children = [child(x, y), child(x + 1, y), child(x, y + 1), child(x + 1, y + 1)];
+            children.into_iter().reduce(|a, b| if any { a | b } else { a & b }).unwrap_or(0)
+        });
+        Self { size, scale: 2 * self.scale, columns: columns.collect(), ..self.clone() }
+    }
+
+    /// Share of the voxels that are set.
+    pub fn filled(&self) -> f64 {
+        self.columns.iter().map(|c| f64::from(c.count_ones())).sum::<f64>() / (SLICES * self.columns.len() as f64)
+    }
+
+    /// Whether the grid hides `source` from `receiver`, with every border moved outwards by `slack` (texels, slices):
+    /// with some slack and with as much the other way, answers differ where rounding may decide.
+    pub fn hides(&self, surfels: &GBuffer, receiver: &Pixel, source: &Pixel, slack: f64) -> bool {
+        let place = |pixel: &Pixel| -> [f64; 2] {
+            let sign = [1.0, -1.0];
+            std::array::from_fn(|axis| {
+                let ndc = sign[axis] * pixel.position[axis] / pixel.depth / surfels.tan_half_fov[axis];
+                (ndc + 1.0) / 2.0 * f64::from(surfels.display_size[axis]) / f64::from(self.scale)
+            })
+        };
+        let (from, to) = (place(receiver), place(source));
+        let toward = source.position - receiver.position;
+        // A voxel is as wide as a texel at its depth and as deep as a slice along the view ray; one that holds a point
+        // of the ray this far along, and a point of the end's plane, ends where the ray is higher than it is wide.
+        let clear = |end: &Pixel, other: &Pixel, height: f64| {
+            let column = |axis: usize| {
+                2.0 * f64::from(self.scale) * surfels.tan_half_fov[axis] / f64::from(surfels.display_size[axis])
+            };
+            let slant = |pixel: &Pixel| end.normal.dot(pixel.position / pixel.depth).abs();
+            let slice = (1.0 / self.per_octave).exp2() - 1.0;
+            let width = end.normal.x.abs() * column(0)
+                + end.normal.y.abs() * column(1)
+                + slant(end).max(slant(other)) * slice;
+            let gain = height - width * (other.depth - end.depth);
+            if gain > 0.0 { width * end.depth / gain } else { 2.0 }
+        };
+        let fractions = [
+            clear(receiver, source, receiver.normal.dot(toward)),
+            1.0 - clear(source, receiver, -source.normal.dot(toward)),
+        ];
+        let inverse = |place: f64| 1.0 / receiver.depth + place * (1.0 / source.depth - 1.0 / receiver.depth);
+        let places = fractions.map(|t| t * source.depth / (receiver.depth + t * (source.depth - receiver.depth)));
+        let slice = |place: f64| -(inverse(place) * self.begin).log2() * self.per_octave;
+        let length = (to[0] - from[0]).hypot(to[1] - from[1]).max(1e-9);
+        let (begin, end) = (places[0] - slack / length, places[1] + slack / length);
+        let span = |axis: usize, places: [f64; 2]| {
+            let [a, b] = places.map(|s| from[axis] + s * (to[axis] - from[axis]));
+            let largest = f64::from(self.size[axis] - 1);
+            [a.min(b) - 1.0, a.max(b) + 1.0].map(|v| v.floor().clamp(0.0, largest) as u32)
+        };
+        if fractions[0] >= fractions[1] && slack <= 0.0 || begin >= end {
+            return false;
+        }
+        let [columns, rows] = [span(0, [begin, end]), span(1, [begin, end])];
+        for y in rows[0]..=rows[1] {
+            for x in columns[0]..=columns[1] {
+                // The part of the ray inside the column.
+                let (mut enter, mut exit) = (begin, end);
+                for (axis, low) in [f64::from(x), f64::from(y)].into_iter().enumerate() {
+                    let (low, high) = (low - slack, low + 1.0 + slack);
+                    let way = to[axis] - from[axis];
+                    if way.abs() < 1e-12 {
+                        if from[axis] < low || from[axis] > high {
+                            exit = enter;
+                        }
+                        continue;
+                    }
+                    let [a, b] = [low, high].map(|border| (border - from[axis]) / way);
+                    enter = enter.max(a.min(b));
+                    exit = exit.min(a.max(b));
+                }
+                if enter >= exit {
+                    continue;
+                }
+                let [a, b] = [enter, exit].map(slice);
+                let [first, last] =
+                    [a.min(b) - slack, a.max(b) + slack].map(|v| v.clamp(0.0, SLICES - 1.0).floor() as u32);
+                let mask = (u128::MAX << first) & (u128::MAX >> (127 - last));
+                if first <= last && self.columns[(y * self.size[0] + x) as usize] & mask != 0 {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+}
+
+/// A receiver and a source by their texels.
+pub type Pair = [u32; 4];
+
+/// Pairs of surfels of one level as a gather takes them: the source in the receiver's ring, each facing the other.
+pub fn ring_pairs(surfels: &GBuffer, k: u32, parameters: &Hierarchical, start: [u32; 2], count: usize) -> Vec<Pair> {
+    let radius = match parameters.radius {
+        0.0 => covering_radius(parameters.ring, parameters.levels, start),
+        radius => radius,
+    };
+    let [inner, outer] = ring_radii(parameters.ring, radius, k).map(f64::from);
+    let [width, height] = surfels.size;
+    let mut random = Random(u64::from(k) + 1);
+    let mut pairs = Vec::new();
+    // A scene may have no pairs at all.
+    for _ in 0..1000 * count {
+        let at = [random.unit() * f64::from(width), random.unit() * f64::from(height)];
+        let distance = (inner * inner + random.unit() * (outer * outer - inner * inner)).sqrt();
+        let angle = std::f64::consts::TAU * random.unit();
+        let other = [at[0] + distance * angle.cos(), at[1] + distance * angle.sin()];
+        if other[0] < 0.0 || other[1] < 0.0 || other[0] >= f64::from(width) || other[1] >= f64::from(height) {
+            continue;
+        }
+        let pair = [at, other].map(|p| p.map(|v| v as u32));
+        let [receiver, source] = pair.map(|[x, y]| surfels.pixels[(y * width + x) as usize]);
+        if receiver.depth > 0.0 && source.depth > 0.0 && surfels.form_factor(&receiver, &source, 1.0, true) > 0.0 {
+            pairs.push([pair[0][0], pair[0][1], pair[1][0], pair[1][1]]);
+            if pairs.len() == count {
+                break;
+            }
+        }
+    }
+    pairs
+}
+
+/// The surfels of a pair.
+pub fn surfels_of(surfels: &GBuffer, [x, y, i, j]: Pair) -> [Pixel; 2] {
+    [[x, y], [i, j]].map(|[x, y]| surfels.pixels[(y * surfels.size[0] + x) as usize])
+}
+
+/// A frame with voxels, and for some levels a pass that answers pairs with the gather's own function.
+///
+/// # Panics
+/// Where the settings are out of range.
+pub fn plan_with_pairs(
+    facts: &SceneFacts,
+    settings: &Settings,
+    size: [u32; 2],
+    pairs: &[(u32, Vec<Pair>)],
+) -> FramePlan {
+    let mut plan = plan_frame(facts, known("hierarchical"), settings, size, Default::default()).expect("a plan");
+    for (k, pairs) in pairs {
+        let gather = plan.find(&format!("gather_{k}")).expect("the level gathers").clone();
+        let data = plan.data(format!("pairs_{k}"), bytemuck::cast_slice(pairs).to_vec(), "pairs to answer");
+        let answers = plan.texture(format!("answers_{k}"), [pairs.len() as u32, 1], TextureFormat::R32Float, "answers");
+        let mut pass = plan.pass(Part::Technique, format!("pairs_{k}"), "hierarchical/gather+visibility+pairs");
+        for (field, value) in gather.params {
+            pass = pass.param(field, value);
+        }
+        for (variable, id) in gather.bindings.into_iter().filter(|(variable, _)| *variable != "gathered") {
+            pass = pass.bind(variable, id);
+        }
+        pass.constants(&gather.constants)
+            .bind("pairs", data)
+            .bind("answers", answers)
+            .because("the gather's own answer for given pairs")
+            .over([pairs.len() as u32, 1]);
+    }
+    plan
+}
+
+/// What the device answered: true where the source is seen.
+///
+/// # Panics
+/// Where the frame did not run.
+pub fn answers(frames: &Frames, k: u32) -> Vec<bool> {
+    let bytes = frames.read_bytes(&format!("answers_{k}")).expect("answers are read").expect("the level has answers");
+    bytemuck::cast_slice::<u8, f32>(&bytes).iter().map(|&v| v > 0.5).collect()
+}
+
+/// Runs a frame of a scene with voxels and pairs for all of its levels; returns it with surfels and pairs.
+///
+/// # Panics
+/// Where the frame fails.
+pub fn answered<'a>(
+    session: &'a Session,
+    settings: &Settings,
+    size: [u32; 2],
+    count: usize,
+) -> (Frames<'a>, Vec<(GBuffer, Vec<Pair>)>) {
+    let parameters = Hierarchical::from_settings(settings).expect("settings in range");
+    let plain = plan_with_pairs(&session.facts, settings, size, &[]);
+    let mut frames = session.frames_of_plan(plain, 0).expect("the plan runs");
+    frames.run(0).expect("the frame runs");
+    let divisor = parameters.start_resolution.divisor();
+    let start = size.map(|v| v.div_ceil(divisor));
+    let levels: Vec<_> = (0..parameters.levels)
+        .map(|k| {
+            let surfels = GBuffer::read_surfels(&frames, divisor << k);
+            let pairs = ring_pairs(&surfels, k, &parameters, start, count);
+            (surfels, pairs)
+        })
+        .collect();
+    let pairs: Vec<_> = levels.iter().enumerate().map(|(k, (_, pairs))| (k as u32, pairs.clone())).collect();
+    let plan = plan_with_pairs(&session.facts, settings, size, &pairs);
+    let mut frames = session.frames_of_plan(plan, 0).expect("the plan runs");
+    frames.run(0).expect("the frame runs");
+    (frames, levels)
+}

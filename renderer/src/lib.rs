@@ -6,20 +6,23 @@
 
 mod frame;
 mod gpu;
+mod motion;
 pub mod parameters;
 pub mod plan;
 mod record;
 mod scene_buffers;
 mod shadow;
 pub mod techniques;
+pub mod temporal;
 pub mod truth;
 mod uniform;
 mod view;
 
 pub use frame::{DirectLight, DirectSource, SceneFacts, plan_frame, plan_indirect, plan_scene, plan_technique};
 pub use gpu::Gpu;
+pub use motion::SceneMotion;
 pub use record::{Externals, PassTime, Recording};
 pub use scene_buffers::SceneBuffers;
 pub use shadow::ShadowLayer;
 pub use uniform::UniformValue;
-pub use view::View;
+pub use view::{Continuity, View};

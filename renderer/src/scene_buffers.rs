@@ -1,7 +1,7 @@
 //! The scene on the device. Layouts are those of `common/scene.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec3, vec2};
+use glam::{Mat4, Vec3, vec2};
 use halflight_scenes::{Light, Scene, Texture};
 use wgpu::util::DeviceExt;
 
@@ -15,7 +15,15 @@ pub(crate) struct Vertex {
     material: u32,
     uv: [f32; 2],
     normal: u32,
-    unused: u32,
+    object: u32,
+}
+
+/// Twin of `Object` in `common/scene.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Object {
+    pub(crate) to_world: Mat4,
+    pub(crate) view_to_previous: Mat4,
 }
 
 /// Twin of `Material` in `common/scene.wgsl`.
@@ -60,6 +68,8 @@ pub struct SceneBuffers {
     pub texels: wgpu::Buffer,
     /// `array<Light>`.
     pub lights: wgpu::Buffer,
+    /// `array<Object>`, the first one for what stands still; `None` where nothing moves.
+    pub objects: Option<wgpu::Buffer>,
     /// Number of indices; 0 for an empty scene.
     pub index_count: u32,
     /// Number of lights; 0 for an unlit scene.
@@ -84,7 +94,7 @@ impl SceneBuffers {
                 phong_exponent: m.phong_exponent,
             })
             .collect();
-        let lights = lights(&scene.lights);
+        let lights = lights(&scene.pose(0).lights);
         let storage = |label, bytes: &[u8], size: usize, usage| {
             let empty = vec![0u8; size];
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -95,12 +105,22 @@ impl SceneBuffers {
         };
         use bytemuck::cast_slice;
         let none = wgpu::BufferUsages::empty();
+        let if_moving = |moving: bool| if moving { wgpu::BufferUsages::COPY_DST } else { none };
+        let still = Object { to_world: Mat4::IDENTITY, view_to_previous: Mat4::IDENTITY };
+        let objects = scene.meshes.iter().any(|mesh| mesh.object.is_some()).then(|| {
+            let poses = scene.pose(0).objects;
+            let objects = poses.into_iter().map(|to_world| Object { to_world, ..still });
+            let objects: Vec<Object> = [still].into_iter().chain(objects).collect();
+            storage("scene.objects", cast_slice(&objects), size_of::<Object>(), if_moving(true))
+        });
+        let lights_move = !scene.moves.lights.is_empty();
         Self {
             vertices: storage("scene.vertices", cast_slice(&vertices), size_of::<Vertex>(), none),
             indices: storage("scene.indices", cast_slice(&indices), 4, wgpu::BufferUsages::INDEX),
             materials: storage("scene.materials", cast_slice(&materials), size_of::<Material>(), none),
             texels: storage("scene.texels", cast_slice(&texels), 4, none),
-            lights: storage("scene.lights", cast_slice(&lights), size_of::<GpuLight>(), none),
+            lights: storage("scene.lights", cast_slice(&lights), size_of::<GpuLight>(), if_moving(lights_move)),
+            objects,
             index_count: indices.len() as u32,
             light_count: lights.len() as u32,
         }
@@ -113,13 +133,15 @@ impl SceneBuffers {
             "materials" => Some(&self.materials),
             "texels" => Some(&self.texels),
             "lights" => Some(&self.lights),
+            "objects" => self.objects.as_ref(),
             _ => None,
         }
     }
 
     /// Bytes held on the device.
     pub fn bytes(&self) -> u64 {
-        [&self.vertices, &self.indices, &self.materials, &self.texels, &self.lights].iter().map(|b| b.size()).sum()
+        let all = [&self.vertices, &self.indices, &self.materials, &self.texels, &self.lights];
+        all.into_iter().chain(&self.objects).map(wgpu::Buffer::size).sum()
     }
 }
 
@@ -128,8 +150,10 @@ fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>) {
     let mut indices = Vec::new();
     for mesh in &scene.meshes {
         let first = vertices.len() as u32;
+        // The first object is the world at rest.
+        let object = mesh.object.map_or(0, |object| object as u32 + 1);
         vertices.extend(mesh.positions.iter().zip(&mesh.normals).zip(&mesh.uvs).map(|((&position, &normal), &uv)| {
-            Vertex { position, material: mesh.material as u32, uv, normal: pack_normal(normal), unused: 0 }
+            Vertex { position, material: mesh.material as u32, uv, normal: pack_normal(normal), object }
         }));
         indices.extend(mesh.indices.iter().map(|index| first + index));
     }
@@ -186,7 +210,7 @@ pub(crate) fn shadow_faces(light: &Light) -> u32 {
     }
 }
 
-fn lights(lights: &[Light]) -> Vec<GpuLight> {
+pub(crate) fn lights(lights: &[Light]) -> Vec<GpuLight> {
     let unit = |v: [f32; 3]| Vec3::from(v).normalize_or(Vec3::NEG_Y).to_array();
     let mut layer = 0;
     lights

@@ -17,8 +17,19 @@ pub struct Inputs {
     pub depth: ResourceId,
     /// View-space unit normal facing the eye.
     pub normal: ResourceId,
-    /// Radiance after direct light.
+    /// Radiance after direct light: the source of indirect light.
     pub direct: ResourceId,
+    /// What moves, where something does and the temporal filter follows it.
+    pub motion: Option<MotionInputs>,
+}
+
+/// Which moving object each pixel shows, and where it was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionInputs {
+    /// Index into `objects`, 0 for what stands still.
+    pub object: ResourceId,
+    /// `array<Object>` of common/scene.wgsl.
+    pub objects: ResourceId,
 }
 
 /// A way to find indirect light.

@@ -85,7 +85,9 @@ pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), 
     let mut number = 0;
     for (path, scene) in &scenes {
         for &size in &grid.sizes {
-            let mut runner = Runner { native, grid, options, scene, path, size, prepared: None };
+            // Images are held against the truth of the first frame.
+            let still = scene.posed(0);
+            let mut runner = Runner { native, grid, options, scene: &still, moving: scene, path, size, prepared: None };
             for cell in &grid.cells {
                 let place = CellPlace { number, file: cells_folder.join(format!("{number:04}.json")) };
                 number += 1;
@@ -189,7 +191,10 @@ struct Runner<'a> {
     native: &'a NativeGpu,
     grid: &'a Grid,
     options: &'a RunOptions<'a>,
+    /// The scene as it is in its first frame.
     scene: &'a Scene,
+    /// The scene as it moves.
+    moving: &'a Scene,
     path: &'a Path,
     size: [u32; 2],
     prepared: Option<Prepared<'a>>,
@@ -292,10 +297,12 @@ impl<'a> Runner<'a> {
         let mut frames = session.technique_frames(&request, scene_frames)?;
         let mut noise = Noise::default();
         let mut first: Option<Shown> = None;
+        // A filter over frames shows what it can do in the last one.
+        let wanted = if frames.plan().has_history() { grid.frames - 1 } else { 0 };
         let times = time_frames(&mut frames, grid.frames, |frames, frame| {
             let shown = Shown::read(frames)?;
             noise.add(&shown.indirect);
-            if frame == 0 {
+            if frame == wanted {
                 first = Some(shown);
             }
             Ok(())

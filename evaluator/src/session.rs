@@ -8,7 +8,7 @@ use halflight_native::{
     images::{Image, Rgb, srgb_decode},
 };
 use halflight_renderer::{
-    DirectSource, Externals, Gpu, Recording, SceneBuffers, SceneFacts, View,
+    Continuity, DirectSource, Externals, Gpu, Recording, SceneBuffers, SceneFacts, SceneMotion, View,
     parameters::{Settings, SettingsError},
     plan::{FramePlan, ResourceKind},
     plan_frame, plan_scene, plan_technique_of_scene,
@@ -38,7 +38,7 @@ pub fn open_scene(path: &Path) -> Result<Scene, Error> {
 /// Four channels a pixel, linear, rows from the top.
 pub type Texels = Vec<[f32; 4]>;
 
-/// A scene on a device, seen by its camera.
+/// A scene on a device, seen by its camera. Frames of a moving scene show it where it is at their number.
 pub struct Session<'a> {
     /// The device.
     pub native: &'a NativeGpu,
@@ -71,6 +71,7 @@ pub struct Frames<'a> {
     timing: Timing,
     recording: Recording,
     view: View,
+    motion: Option<SceneMotion<'a>>,
 }
 
 impl<'a> Session<'a> {
@@ -139,7 +140,8 @@ impl<'a> Session<'a> {
         let gpu = &self.native.gpu;
         let largest = gpu.device.limits().max_texture_dimension_2d;
         for resource in &plan.resources {
-            if let ResourceKind::Texture { size: [w, h], .. } = resource.kind
+            if let ResourceKind::Texture { size: [w, h], .. } | ResourceKind::Previous { size: [w, h], .. } =
+                resource.kind
                 && [w, h].iter().any(|&v| v > largest || v == 0)
             {
                 return Err(Error::BadInput(format!(
@@ -150,8 +152,11 @@ impl<'a> Session<'a> {
         }
         let mut view = View::new(&self.scene.camera, size, self.facts.near);
         view.seed = seed;
+        // Between two frames nothing changes unless the scene says so.
+        view.continuity = Continuity::Still;
         let recording = Recording::new(gpu, plan, externals);
-        Ok(Frames { gpu, timing: Timing::of(self.native), recording, view })
+        let motion = SceneMotion::new(self.scene, &self.buffers);
+        Ok(Frames { gpu, timing: Timing::of(self.native), recording, view, motion })
     }
 }
 
@@ -166,12 +171,16 @@ impl Frames<'_> {
         &self.view
     }
 
-    /// Runs the frame of this number.
+    /// Runs the frame of this number. A temporal filter goes on from the frame before where that was the last to run.
     ///
     /// # Errors
     /// Where the device was lost.
     pub fn run(&mut self, frame: u32) -> Result<FrameTime, Error> {
         self.view.frame = frame;
+        if let Some(motion) = &self.motion {
+            motion.place(&mut self.view);
+            motion.write(self.gpu, &self.recording, &self.view);
+        }
         run_frame(self.gpu, &self.recording, &self.view, self.timing).map_err(|e| Error::Failed(e.to_string()))
     }
 

@@ -153,12 +153,21 @@ impl<'a> TruthSource<'a> {
 fn scene_inputs(scene: &Scene) -> Inputs {
     let mut inputs = Inputs::default();
     inputs.add(&[FORMAT, scene.meshes.len() as u32, scene.materials.len() as u32, scene.textures.len() as u32]);
-    for Mesh { name: _, positions, normals, uvs, indices, material } in &scene.meshes {
+    for Mesh { name: _, positions, normals, uvs, indices, material, object: _ } in &scene.meshes {
         inputs.add(positions).add(normals).add(uvs).add(indices).add(&[*material as u64]);
     }
     for material in &scene.materials {
-        let Material { name: _, albedo, albedo_texture, alpha_texture, emission, specular: _, phong_exponent: _ } =
-            material;
+        // Motion is not traced: whoever traces a moving scene gives it posed. Nor is `receive_only`, which no light knows.
+        let Material {
+            name: _,
+            albedo,
+            albedo_texture,
+            alpha_texture,
+            emission,
+            specular: _,
+            phong_exponent: _,
+            receive_only: _,
+        } = material;
         let textures = [albedo_texture, alpha_texture].map(|t| t.map_or(u64::MAX, |index| index as u64));
         inputs.add(&[*albedo, *emission]).add(&textures);
     }

@@ -47,7 +47,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let textures = [("depth", depth), ("normal", normal), ("direct", direct), ("albedo", albedo)].into();
     let recording = Recording::new(&gpu, plan, &Externals { scene: None, textures });
     let world_to_view = glam::Mat4::IDENTITY;
-    let view = View { world_to_view, tan_half_fov: TAN, display_size: SIZE, near: 0.1, frame: 0, seed: 0 };
+    let continuity = Default::default();
+    let view = View { world_to_view, tan_half_fov: TAN, display_size: SIZE, near: 0.1, frame: 0, seed: 0, continuity };
     recording.record(&gpu, &mut encoder, &view);
 
     // The host again: it submits, and uses the result (`final` is direct + albedo * indirect).

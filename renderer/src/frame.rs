@@ -7,8 +7,8 @@ use crate::{
     parameters,
     parameters::{Settings, SettingsError},
     plan::{FramePlan, Part, ResourceId},
-    shadow::{ShadowLayer, shadow_layers},
-    techniques::{Inputs, SceneInputs, Technique},
+    shadow::{ShadowLayer, shadow_bounds, shadow_layers},
+    techniques::{Inputs, MotionInputs, SceneInputs, Technique},
 };
 
 parameters! {
@@ -37,8 +37,10 @@ pub enum DirectSource {
 pub struct SceneFacts {
     /// What the scene requires.
     pub needs: SceneNeeds,
-    /// What its shadow maps look at.
+    /// What its shadow maps look at, in the first frame.
     pub shadow_layers: Vec<ShadowLayer>,
+    /// One word a material: 1 where it receives indirect light and sends none. Empty where none does.
+    pub receive_only: Vec<u32>,
     /// Near plane for its cameras, scene units.
     pub near: f32,
 }
@@ -46,11 +48,15 @@ pub struct SceneFacts {
 impl SceneFacts {
     /// Collects the facts.
     pub fn of(scene: &Scene) -> Self {
-        let diagonal = scene.bounds().map_or(1.0, |(low, high)| (high - low).length());
+        let diagonal = scene.swept_bounds().map_or(1.0, |(low, high)| (high - low).length());
         // Reversed depth is as precise near the eye as far away, so the near plane may be close; it
         // only has to stay clear of zero.
         let near = (diagonal * 1e-4).max(f32::MIN_POSITIVE * 1e10);
-        Self { needs: SceneNeeds::of(scene), shadow_layers: shadow_layers(scene), near }
+        let needs = SceneNeeds::of(scene);
+        let flags = scene.materials.iter().map(|material| u32::from(material.receive_only));
+        let receive_only = if needs.receive_only { flags.collect() } else { Vec::new() };
+        let shadow_layers = shadow_layers(&scene.pose(0).lights, shadow_bounds(scene));
+        Self { needs, shadow_layers, receive_only, near }
     }
 }
 
@@ -67,17 +73,43 @@ pub fn plan_frame(
     size: [u32; 2],
     direct: DirectSource,
 ) -> Result<FramePlan, SettingsError> {
-    let mut plan = plan_scene(facts, settings, size, direct)?;
+    let follows = facts.needs.moving_objects > 0 && follows_objects(technique, settings, size)?;
+    let (mut plan, gbuffer) = plan_scene_for(facts, settings, size, direct, follows)?;
     let output = |name| plan.outputs[name];
+    let motion = gbuffer.object.zip(gbuffer.objects).map(|(object, objects)| MotionInputs { object, objects });
     let inputs = Inputs {
         depth: output("depth"),
         normal: output("normal"),
         direct: output("direct"),
         albedo: output("albedo"),
+        motion,
         scene: Some(SceneInputs::of(&facts.needs)),
     };
-    plan_indirect(&mut plan, technique, settings, &inputs)?;
+    let source = plan_source(&mut plan, facts, &gbuffer, inputs.direct);
+    plan_indirect_from(&mut plan, technique, settings, &Inputs { direct: source, ..inputs }, inputs.direct)?;
     Ok(plan)
+}
+
+/// Whether a technique with these settings reuses the frame before, and so has to know where objects were.
+fn follows_objects(technique: &Technique, settings: &Settings, size: [u32; 2]) -> Result<bool, SettingsError> {
+    Ok(plan_technique(technique, settings, size)?.has_history())
+}
+
+/// The source of indirect light: direct light, without that of surfaces which only receive.
+fn plan_source(plan: &mut FramePlan, facts: &SceneFacts, gbuffer: &GBuffer, direct: ResourceId) -> ResourceId {
+    let Some(material) = gbuffer.material.filter(|_| !facts.receive_only.is_empty()) else { return direct };
+    let size = plan.display_size;
+    let flags = bytemuck::cast_slice(&facts.receive_only).to_vec();
+    let flags = plan.data("receive_only", flags, "materials that receive light and send none");
+    let source = plan.texture("source", size, Format::Rgba32Float, "direct light of surfaces that send it on");
+    plan.pass(Part::Technique, "source", "source/source")
+        .bind("direct", direct)
+        .bind("material", material)
+        .bind("receive_only", flags)
+        .bind("source", source)
+        .because("some surfaces receive light and send none")
+        .over(size);
+    source
 }
 
 /// The part of a frame before any technique: G-buffer and direct light.
@@ -90,14 +122,26 @@ pub fn plan_scene(
     size: [u32; 2],
     direct: DirectSource,
 ) -> Result<FramePlan, SettingsError> {
+    Ok(plan_scene_for(facts, settings, size, direct, false)?.0)
+}
+
+/// As [`plan_scene`], with a channel for the moving object that each pixel shows where a technique `follows` them.
+fn plan_scene_for(
+    facts: &SceneFacts,
+    settings: &Settings,
+    size: [u32; 2],
+    direct: DirectSource,
+    follows: bool,
+) -> Result<(FramePlan, GBuffer), SettingsError> {
     let mut plan = FramePlan::new(size);
     let scene = SceneResources {
         vertices: plan.external("scene.vertices", "the scene's geometry"),
         materials: plan.external("scene.materials", "the scene's materials"),
         texels: (facts.needs.textured || facts.needs.alpha_tested)
             .then(|| plan.external("scene.texels", "materials with textures")),
+        objects: (facts.needs.moving_objects > 0).then(|| plan.external("scene.objects", "objects move")),
     };
-    let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct);
+    let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct, follows);
     let direct = match direct {
         DirectSource::Given => plan.external("direct", "direct light given by the caller"),
         DirectSource::Rendered => {
@@ -108,11 +152,12 @@ pub fn plan_scene(
     let outputs =
         [("depth", gbuffer.depth), ("normal", gbuffer.normal), ("albedo", gbuffer.albedo), ("direct", direct)];
     plan.outputs.extend(outputs);
-    Ok(plan)
+    Ok((plan, gbuffer))
 }
 
 /// The part of a frame after direct light, on textures `depth`, `normal`, `direct` and `albedo` that
-/// the caller gives, whoever made them.
+/// the caller gives, whoever made them. A temporal filter follows the camera; an object that moved by itself is not
+/// found in the frame before, or is taken for what stood there where depth and normal agree.
 ///
 /// # Errors
 /// A setting that its declaration does not allow, or one that needs the scene's triangles.
@@ -147,6 +192,7 @@ fn plan_on_textures(
         normal: given("normal"),
         direct: given("direct"),
         albedo: given("albedo"),
+        motion: None,
         scene,
     };
     plan.outputs.extend([
@@ -169,10 +215,21 @@ pub fn plan_indirect(
     settings: &Settings,
     inputs: &Inputs,
 ) -> Result<(), SettingsError> {
+    plan_indirect_from(plan, technique, settings, inputs, inputs.direct)
+}
+
+/// As [`plan_indirect`], where the source of indirect light (`inputs.direct`) is not all the direct light that shows.
+fn plan_indirect_from(
+    plan: &mut FramePlan,
+    technique: &Technique,
+    settings: &Settings,
+    inputs: &Inputs,
+    shown: ResourceId,
+) -> Result<(), SettingsError> {
     let size = plan.display_size;
     let Some(indirect) = (technique.plan)(plan, inputs, settings)? else {
         // Without indirect light the direct image is the final one.
-        plan.outputs.insert("final", inputs.direct);
+        plan.outputs.insert("final", shown);
         return Ok(());
     };
     // The final image is as precise as what it is made of.
@@ -180,7 +237,7 @@ pub fn plan_indirect(
     let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
     let image = plan.texture("final", size, format, "the image to show");
     plan.pass(Part::Technique, "composite", variant("composite/composite", &[("float16", half)]))
-        .bind("direct", inputs.direct)
+        .bind("direct", shown)
         .bind("albedo", inputs.albedo)
         .bind("indirect", indirect)
         .bind("final_image", image)
@@ -194,6 +251,7 @@ struct SceneResources {
     vertices: ResourceId,
     materials: ResourceId,
     texels: Option<ResourceId>,
+    objects: Option<ResourceId>,
 }
 
 struct GBuffer {
@@ -201,6 +259,8 @@ struct GBuffer {
     normal: ResourceId,
     albedo: ResourceId,
     material: Option<ResourceId>,
+    object: Option<ResourceId>,
+    objects: Option<ResourceId>,
 }
 
 fn counted(count: usize, noun: &str) -> String {
@@ -211,17 +271,40 @@ pub(crate) fn variant(shader: &str, features: &[(&str, bool)]) -> String {
     features.iter().filter(|(_, on)| *on).fold(shader.to_owned(), |name, (feature, _)| format!("{name}+{feature}"))
 }
 
-fn plan_gbuffer(plan: &mut FramePlan, needs: &SceneNeeds, scene: &SceneResources, direct: DirectSource) -> GBuffer {
+fn plan_gbuffer(
+    plan: &mut FramePlan,
+    needs: &SceneNeeds,
+    scene: &SceneResources,
+    direct: DirectSource,
+    follows: bool,
+) -> GBuffer {
     let size = plan.display_size;
     let depth = plan.texture("depth", size, Format::R32Float, "every technique reads it");
     let normal = plan.texture("normal", size, Format::Rgba16Float, "every technique reads it");
     let albedo = plan.texture("albedo", size, Format::Rgba8UnormSrgb, "reflects direct and indirect light");
-    let material = (needs.emitters && direct == DirectSource::Rendered)
-        .then(|| plan.texture("material", size, Format::R32Uint, "the scene has emitters, direct light looks them up"));
+    let emitters = needs.emitters && direct == DirectSource::Rendered;
+    let material = (emitters || needs.receive_only).then(|| {
+        let reasons = [
+            (emitters, "the scene has emitters, direct light looks them up"),
+            (needs.receive_only, "some materials only receive light"),
+        ];
+        let reasons: Vec<_> = reasons.into_iter().filter(|(holds, _)| *holds).map(|(_, reason)| reason).collect();
+        plan.texture("material", size, Format::R32Uint, reasons.join("; "))
+    });
+    let object = scene
+        .objects
+        .filter(|_| follows)
+        .map(|_| plan.texture("object", size, Format::R32Uint, "objects move, and the temporal filter follows them"));
     let depth_test = plan.texture("depth_test", size, crate::Gpu::DEPTH_FORMAT, "hidden surfaces");
     let shader = variant(
         "gbuffer/gbuffer",
-        &[("alpha_tested", needs.alpha_tested), ("textured", needs.textured), ("material_id", material.is_some())],
+        &[
+            ("alpha_tested", needs.alpha_tested),
+            ("textured", needs.textured),
+            ("material_id", material.is_some()),
+            ("moving", scene.objects.is_some()),
+            ("object_id", object.is_some()),
+        ],
     );
     let mut pass = plan
         .pass(Part::GBuffer, "gbuffer", shader)
@@ -231,8 +314,12 @@ fn plan_gbuffer(plan: &mut FramePlan, needs: &SceneNeeds, scene: &SceneResources
     if let Some(texels) = scene.texels {
         pass = pass.bind("texels", texels);
     }
-    pass.draw([Some(depth), Some(normal), Some(albedo), material].into_iter().flatten().collect(), (depth_test, 0));
-    GBuffer { depth, normal, albedo, material }
+    if let Some(objects) = scene.objects {
+        pass = pass.bind("objects", objects);
+    }
+    let targets = [Some(depth), Some(normal), Some(albedo), material, object];
+    pass.draw(targets.into_iter().flatten().collect(), (depth_test, 0));
+    GBuffer { depth, normal, albedo, material, object, objects: scene.objects }
 }
 
 fn plan_direct(
@@ -247,8 +334,8 @@ fn plan_direct(
     let lit = !layers.is_empty();
     let shadow = lit.then(|| plan_shadows(plan, facts, scene, parameters.shadow_map_size));
     let direct = plan.texture("direct", size, Format::Rgba32Float, "the source of indirect light");
-    let shader = variant("direct/direct_light", &[("lit", lit), ("emitters", gbuffer.material.is_some())]);
     let needs = &facts.needs;
+    let shader = variant("direct/direct_light", &[("lit", lit), ("emitters", needs.emitters)]);
     let lights = needs.directional_lights + needs.spot_lights + needs.point_lights;
     let lights_buffer = lit.then(|| plan.external("scene.lights", "the scene's lights"));
     let mut pass = plan
@@ -265,7 +352,7 @@ fn plan_direct(
             .bind("shadow_layers", entries)
             .bind("shadow_maps", maps);
     }
-    if let Some(material) = gbuffer.material {
+    if let Some(material) = gbuffer.material.filter(|_| needs.emitters) {
         pass = pass.bind("material", material).bind("materials", scene.materials);
     }
     pass.over(size);
@@ -287,20 +374,16 @@ fn plan_shadows(
         crate::Gpu::DEPTH_FORMAT,
         counted(layers.len(), "shadow map"),
     );
-    // Twin of `ShadowLayer` in direct_light.wgsl: a matrix, then the width of a texel.
-    let words: Vec<f32> = layers
-        .iter()
-        .flat_map(|layer| {
-            layer.world_to_clip.to_cols_array().into_iter().chain([layer.width / map_size as f32, 0.0, 0.0, 0.0])
-        })
-        .collect();
-    let entries = plan.data("shadow_layers", bytemuck::cast_slice(&words).to_vec(), "what the shadow maps look at");
+    let entries = plan.data("shadow_layers", shadow_entries(layers, map_size), "what the shadow maps look at");
     for (index, layer) in layers.iter().enumerate() {
         let mut pass = plan
             .pass(
                 Part::Direct,
                 format!("shadow_{index}"),
-                variant("shadow/shadow_map", &[("alpha_tested", facts.needs.alpha_tested)]),
+                variant(
+                    "shadow/shadow_map",
+                    &[("alpha_tested", facts.needs.alpha_tested), ("moving", scene.objects.is_some())],
+                ),
             )
             .param("world_to_clip", layer.world_to_clip)
             .bind("vertices", scene.vertices)
@@ -308,7 +391,21 @@ fn plan_shadows(
         if let (true, Some(texels)) = (facts.needs.alpha_tested, scene.texels) {
             pass = pass.bind("materials", scene.materials).bind("texels", texels);
         }
+        if let Some(objects) = scene.objects {
+            pass = pass.bind("objects", objects);
+        }
         pass.draw(Vec::new(), (maps, index as u32));
     }
     (maps, entries)
+}
+
+/// Twin of `ShadowLayer` in direct_light.wgsl: a matrix, then the width of a texel.
+pub(crate) fn shadow_entries(layers: &[ShadowLayer], map_size: u32) -> Vec<u8> {
+    let words: Vec<f32> = layers
+        .iter()
+        .flat_map(|layer| {
+            layer.world_to_clip.to_cols_array().into_iter().chain([layer.width / map_size as f32, 0.0, 0.0, 0.0])
+        })
+        .collect();
+    bytemuck::cast_slice(&words).to_vec()
 }

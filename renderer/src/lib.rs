@@ -6,12 +6,14 @@
 
 mod frame;
 mod gpu;
+mod motion;
 pub mod parameters;
 pub mod plan;
 mod record;
 mod scene_buffers;
 mod shadow;
 pub mod techniques;
+pub mod temporal;
 pub mod truth;
 mod uniform;
 mod view;
@@ -21,8 +23,9 @@ pub use frame::{
     plan_technique_of_scene,
 };
 pub use gpu::Gpu;
+pub use motion::SceneMotion;
 pub use record::{Externals, PassTime, Recording};
 pub use scene_buffers::SceneBuffers;
 pub use shadow::ShadowLayer;
 pub use uniform::UniformValue;
-pub use view::View;
+pub use view::{Continuity, View};

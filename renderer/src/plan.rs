@@ -41,6 +41,17 @@ pub enum ResourceKind {
     },
     /// Given by the caller: a texture of another program, a buffer of the scene.
     External,
+    /// What a texture of the plan held when the frame before ended. The two change places after every frame;
+    /// nothing is copied.
+    Previous {
+        /// The texture that this frame writes.
+        of: ResourceId,
+        /// Width and height, texels.
+        size: [u32; 2],
+        /// Texel format.
+        #[serde(serialize_with = "as_debug")]
+        format: wgpu::TextureFormat,
+    },
 }
 
 fn as_debug<S: serde::Serializer>(value: &impl fmt::Debug, serializer: S) -> Result<S::Ok, S::Error> {
@@ -61,7 +72,10 @@ pub struct Resource {
 impl Resource {
     /// Format of a texture.
     pub fn format(&self) -> Option<wgpu::TextureFormat> {
-        if let ResourceKind::Texture { format, .. } = self.kind { Some(format) } else { None }
+        match self.kind {
+            ResourceKind::Texture { format, .. } | ResourceKind::Previous { format, .. } => Some(format),
+            _ => None,
+        }
     }
 
     /// Bytes on the device; 0 for what the caller owns.
@@ -71,11 +85,24 @@ impl Resource {
                 let texel = format.block_copy_size(None).unwrap_or(4);
                 u64::from(*w) * u64::from(*h) * u64::from(*layers) * u64::from(texel)
             }
+            ResourceKind::Previous { size: [w, h], format, .. } => {
+                u64::from(*w) * u64::from(*h) * u64::from(format.block_copy_size(None).unwrap_or(4))
+            }
             ResourceKind::Data { bytes } => bytes.len() as u64,
             ResourceKind::Buffer { size } => *size,
             ResourceKind::External => 0,
         }
     }
+}
+
+/// A texture that survives frames. Whether it says anything is known to the [`crate::Recording`]: after the first
+/// frame, and until a cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct History {
+    /// What the frame before wrote.
+    pub before: ResourceId,
+    /// What this frame writes, in full.
+    pub now: ResourceId,
 }
 
 /// Which part of a frame a pass belongs to; a technique's time counts only its own.
@@ -215,6 +242,19 @@ impl FramePlan {
         self.resource(name, ResourceKind::Texture { size, layers, format }, reason)
     }
 
+    /// Adds a texture that survives frames: two textures that change places after every frame.
+    pub fn history(&mut self, name: &str, size: [u32; 2], format: wgpu::TextureFormat, reason: &str) -> History {
+        let now = self.texture(name, size, format, reason);
+        let kind = ResourceKind::Previous { of: now, size, format };
+        let before = self.resource(format!("{name}_before"), kind, format!("{reason}, of the frame before"));
+        History { before, now }
+    }
+
+    /// Whether some texture survives frames.
+    pub fn has_history(&self) -> bool {
+        self.resources.iter().any(|resource| matches!(resource.kind, ResourceKind::Previous { .. }))
+    }
+
     /// Adds a buffer with contents.
     pub fn data(&mut self, name: impl Into<String>, bytes: Vec<u8>, reason: impl Into<String>) -> ResourceId {
         self.resource(name, ResourceKind::Data { bytes }, reason)
@@ -271,7 +311,11 @@ impl FramePlan {
             self.passes.iter().filter(|p| p.part == Part::Technique).flat_map(|p| p.reads_and_writes().1).collect();
         written.sort();
         written.dedup();
-        written.iter().map(|id| self.resources[id.0].bytes()).sum()
+        // What a history held before is as much of it as what it holds now.
+        let before = self.resources.iter().filter(
+            |resource| matches!(resource.kind, ResourceKind::Previous { of, .. } if written.binary_search(&of).is_ok()),
+        );
+        written.iter().map(|id| &self.resources[id.0]).chain(before).map(Resource::bytes).sum()
     }
 }
 

@@ -1,6 +1,10 @@
 //! A plan on a device: textures, pipelines and bind groups made once, then recorded every frame.
 
-use std::{collections::HashMap, ops::Range};
+use std::{
+    collections::HashMap,
+    ops::Range,
+    sync::{Mutex, MutexGuard, PoisonError},
+};
 
 use halflight_shared_shaders::{Binding, BindingKind, Stage};
 use serde::Serialize;
@@ -10,7 +14,7 @@ use crate::{
     Gpu, SceneBuffers, View,
     gpu::known_shader,
     plan::{FramePlan, Meshes, Part, Pass, ResourceId, ResourceKind, Work},
-    uniform,
+    uniform::{self, UniformValue},
 };
 
 /// What the caller gives to a recording: the scene's buffers, and textures by the names that the plan
@@ -27,18 +31,36 @@ pub struct Externals<'a> {
 pub struct Recording {
     plan: FramePlan,
     textures: Vec<Option<wgpu::Texture>>,
+    /// Buffers of the plan and of the scene, by resource.
     buffers: Vec<Option<wgpu::Buffer>>,
     passes: Vec<ReadyPass>,
+    /// The uniform block `params` of each pass that has one.
+    params: Vec<Option<wgpu::Buffer>>,
     view: wgpu::Buffer,
     view_layout: Option<&'static BindingKind>,
+    /// The uniform block `previous` and its layout, where a pass looks at the frame before.
+    previous: Option<(wgpu::Buffer, &'static BindingKind)>,
+    memory: Mutex<Memory>,
     indices: Option<(wgpu::Buffer, u32)>,
     timer: Option<Timer>,
+}
+
+/// What a recording knows of the frames before.
+#[derive(Clone, Copy, Default)]
+struct Memory {
+    /// The view of the last frame; `None` before the first one.
+    last: Option<View>,
+    /// Which texture of each history the last frame wrote.
+    turn: usize,
+    /// Frames since anything changed.
+    still_frames: u32,
 }
 
 enum ReadyPass {
     Compute {
         pipeline: wgpu::ComputePipeline,
-        group: Option<wgpu::BindGroup>,
+        /// One for each turn of the plan's histories; both the same where the pass binds none.
+        groups: [Option<wgpu::BindGroup>; 2],
         workgroups: [u32; 2],
     },
     Draw {
@@ -81,24 +103,56 @@ impl Recording {
     /// Where an external of the plan is not given, or a pass does not bind a variable of its shader:
     /// mistakes of the program that calls, not of its user.
     pub fn new(gpu: &Gpu, plan: FramePlan, externals: &Externals) -> Self {
-        let textures: Vec<_> = plan
+        Self::with_histories(gpu, plan, externals, None)
+    }
+
+    /// As [`Recording::new`], in the place of another recording of the same scene whose settings changed:
+    /// histories of the same name, size and format go on, and the old picture fades into the new one as if the scene
+    /// had changed. Where none fits, this is a new recording.
+    ///
+    /// # Panics
+    /// As [`Recording::new`].
+    pub fn in_place_of(gpu: &Gpu, plan: FramePlan, externals: &Externals, old: &Recording) -> Self {
+        Self::with_histories(gpu, plan, externals, Some(old))
+    }
+
+    fn with_histories(gpu: &Gpu, plan: FramePlan, externals: &Externals, old: Option<&Recording>) -> Self {
+        let mut textures: Vec<_> = plan
             .resources
             .iter()
             .map(|resource| match resource.kind {
                 ResourceKind::Texture { size, layers, format } => {
                     Some(make_texture(gpu, &resource.name, size, layers, format))
                 }
+                ResourceKind::Previous { size, format, .. } => Some(make_texture(gpu, &resource.name, size, 1, format)),
                 ResourceKind::External => externals.textures.get(resource.name.as_str()).cloned(),
                 ResourceKind::Data { .. } | ResourceKind::Buffer { .. } => None,
+            })
+            .collect();
+        let mut memory = Memory::default();
+        if let Some(old) = old {
+            let adopted = adopt_histories(&plan, &mut textures, old);
+            // Every history went on, or none did: with one missing, the frame before is not what passes expect.
+            if adopted {
+                memory = Memory { still_frames: 0, ..*old.memory() };
+            }
+        }
+        let data: Vec<_> = plan
+            .resources
+            .iter()
+            .map(|resource| match &resource.kind {
+                ResourceKind::Data { bytes } => {
+                    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+                    Some(make_buffer(gpu, &resource.name, bytes, usage))
+                }
+                _ => None,
             })
             .collect();
         let buffers: Vec<_> = plan
             .resources
             .iter()
-            .map(|resource| match (&resource.kind, externals.scene) {
-                (ResourceKind::Data { bytes }, _) => {
-                    Some(make_buffer(gpu, &resource.name, bytes, wgpu::BufferUsages::STORAGE))
-                }
+            .zip(&data)
+            .map(|(resource, data)| match (&resource.kind, externals.scene) {
                 (&ResourceKind::Buffer { size }, _) => Some(gpu.device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some(&resource.name),
                     size,
@@ -106,23 +160,38 @@ impl Recording {
                     mapped_at_creation: false,
                 })),
                 (ResourceKind::External, Some(scene)) => scene.by_name(&resource.name).cloned(),
-                _ => None,
+                _ => data.clone(),
             })
             .collect();
-        let view_layout =
-            plan.passes.iter().flat_map(|pass| bindings(pass)).find(|b| b.name == "view").map(|b| &b.kind);
-        let view = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("view"),
-            size: 256,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let maker =
-            Maker { gpu, plan: &plan, textures: &textures, buffers: &buffers, view: &view, scene: externals.scene };
-        let passes = plan.passes.iter().map(|pass| maker.ready(pass)).collect();
+        let block = |name| plan.passes.iter().flat_map(|pass| bindings(pass)).find(|b| b.name == name).map(|b| &b.kind);
+        let uniform = |label, size| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let view_layout = block("view");
+        let view = uniform("view", 256);
+        let previous = block("previous").map(|layout| (uniform("previous", 256), layout));
+        let params: Vec<_> = plan.passes.iter().map(|pass| params_of(gpu, pass)).collect();
+        let maker = Maker {
+            gpu,
+            plan: &plan,
+            textures: &textures,
+            buffers: &buffers,
+            view: &view,
+            previous: previous.as_ref().map(|(buffer, _)| buffer),
+            scene: externals.scene,
+        };
+        let passes = plan.passes.iter().zip(&params).map(|(pass, params)| maker.ready(pass, params.as_ref())).collect();
         Self {
             passes,
+            params,
             view_layout,
+            previous,
+            memory: Mutex::new(memory),
             indices: externals.scene.map(|scene| (scene.indices.clone(), scene.index_count)),
             timer: Timer::new(gpu, plan.passes.len()),
             plan,
@@ -137,9 +206,45 @@ impl Recording {
         &self.plan
     }
 
-    /// A texture of the plan.
+    /// A texture of the plan, as the last frame left it. Of a history it is another one after every frame.
     pub fn texture(&self, id: ResourceId) -> Option<&wgpu::Texture> {
-        self.textures[id.0].as_ref()
+        self.textures[in_turn(&self.plan, id, self.memory().turn).0].as_ref()
+    }
+
+    /// The view of the last frame that was recorded.
+    pub fn last_view(&self) -> Option<View> {
+        self.memory().last
+    }
+
+    /// Makes the next frame start anew, as after a cut.
+    pub fn forget(&self) {
+        let mut memory = self.memory();
+        (memory.last, memory.still_frames) = (None, 0);
+    }
+
+    /// Replaces values of the uniform block `params` of a pass; its other fields keep those of the plan. Nothing
+    /// happens where the plan has no such pass.
+    pub fn write_params(&self, gpu: &Gpu, pass: &str, values: &[(&'static str, UniformValue)]) {
+        let planned = self.plan.passes.iter().zip(&self.params).find(|(planned, _)| planned.name == pass);
+        let Some((planned, Some(buffer))) = planned else { return };
+        let kept = planned.params.iter().filter(|(field, _)| values.iter().all(|(name, _)| name != field));
+        let all: Vec<_> = values.iter().chain(kept).cloned().collect();
+        if let Some(BindingKind::Uniform { size, members }) = params_layout(planned) {
+            gpu.queue.write_buffer(buffer, 0, &uniform::pack(*size, members, &all, pass));
+        }
+    }
+
+    /// Replaces the contents of a buffer of the plan, which must have as many bytes. Nothing happens where the plan has
+    /// no such buffer.
+    pub fn write_data(&self, gpu: &Gpu, resource: &str, bytes: &[u8]) {
+        let index = self.plan.resources.iter().position(|r| r.name == resource);
+        if let Some(buffer) = index.and_then(|index| self.buffers[index].as_ref()) {
+            gpu.queue.write_buffer(buffer, 0, bytes);
+        }
+    }
+
+    fn memory(&self) -> MutexGuard<'_, Memory> {
+        self.memory.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A buffer of the plan.
@@ -154,9 +259,9 @@ impl Recording {
 
     /// Adds one frame to an encoder. Nothing is allocated.
     pub fn record(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, view: &View) {
-        self.set_view(gpu, view);
+        let turn = self.begin_frame(gpu, view);
         for index in 0..self.passes.len() {
-            self.record_pass(encoder, index, self.timer.as_ref());
+            self.record_pass(encoder, index, turn, self.timer.as_ref());
         }
         if let Some(timer) = &self.timer {
             encoder.resolve_query_set(&timer.queries, 0..2 * self.passes.len() as u32, &timer.resolved, 0);
@@ -167,30 +272,42 @@ impl Recording {
     /// One command buffer for each pass, to time them apart by the computer's clock where the
     /// device's timestamps cannot be trusted.
     pub fn record_apart(&self, gpu: &Gpu, view: &View) -> Vec<wgpu::CommandBuffer> {
-        self.set_view(gpu, view);
+        let turn = self.begin_frame(gpu, view);
         (0..self.passes.len())
             .map(|index| {
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                self.record_pass(&mut encoder, index, None);
+                self.record_pass(&mut encoder, index, turn, None);
                 encoder.finish()
             })
             .collect()
     }
 
-    fn set_view(&self, gpu: &Gpu, view: &View) {
+    /// Tells the device of the frame's view and of the frame before; returns the turn of the histories.
+    fn begin_frame(&self, gpu: &Gpu, view: &View) -> usize {
         if let Some(BindingKind::Uniform { size, members }) = self.view_layout {
             gpu.queue.write_buffer(&self.view, 0, &view.pack(*size, members));
         }
+        let mut memory = self.memory();
+        let before = memory.last.filter(|before| view.continues(before));
+        let still = before.is_some_and(|before| view.is_still_since(&before));
+        memory.still_frames = if still { memory.still_frames.saturating_add(1) } else { 0 };
+        if let Some((buffer, BindingKind::Uniform { size, members })) = &self.previous {
+            let block = view.pack_previous(before.as_ref(), memory.still_frames, *size, members);
+            gpu.queue.write_buffer(buffer, 0, &block);
+        }
+        memory.last = Some(*view);
+        memory.turn = 1 - memory.turn;
+        memory.turn
     }
 
-    fn record_pass(&self, encoder: &mut wgpu::CommandEncoder, index: usize, timer: Option<&Timer>) {
+    fn record_pass(&self, encoder: &mut wgpu::CommandEncoder, index: usize, turn: usize, timer: Option<&Timer>) {
         let label = Some(self.plan.passes[index].name.as_str());
         let query = 2 * index as u32;
         for buffer in self.plan.passes[index].cleared.iter().filter_map(|&id| self.buffer(id)) {
             encoder.clear_buffer(buffer, 0, None);
         }
         match &self.passes[index] {
-            ReadyPass::Compute { pipeline, group, workgroups } => {
+            ReadyPass::Compute { pipeline, groups, workgroups } => {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                     label,
                     timestamp_writes: timer.map(|timer| wgpu::ComputePassTimestampWrites {
@@ -200,7 +317,7 @@ impl Recording {
                     }),
                 });
                 pass.set_pipeline(pipeline);
-                pass.set_bind_group(0, group, &[]);
+                pass.set_bind_group(0, &groups[turn], &[]);
                 pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);
             }
             ReadyPass::Draw { pipeline, group, colors, depth } => {
@@ -333,31 +450,88 @@ fn bindings(pass: &Pass) -> Vec<&'static Binding> {
     all
 }
 
+/// Layout of the uniform block that holds a pass's own values.
+fn params_layout(pass: &Pass) -> Option<&'static BindingKind> {
+    let own = |b: &&Binding| matches!(b.kind, BindingKind::Uniform { .. }) && !["view", "previous"].contains(&b.name);
+    bindings(pass).into_iter().find(own).map(|binding| &binding.kind)
+}
+
+fn params_of(gpu: &Gpu, pass: &Pass) -> Option<wgpu::Buffer> {
+    let Some(BindingKind::Uniform { size, members }) = params_layout(pass) else { return None };
+    let block = uniform::pack(*size, members, &pass.params, &pass.name);
+    let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+    Some(make_buffer(gpu, &pass.name, &block, usage))
+}
+
+/// The texture that stands for `id` in frames of this turn: in odd ones the two of a history have changed places.
+fn in_turn(plan: &FramePlan, id: ResourceId, turn: usize) -> ResourceId {
+    if turn == 0 {
+        return id;
+    }
+    if let ResourceKind::Previous { of, .. } = plan.resources[id.0].kind {
+        return of;
+    }
+    let before =
+        |resource: &crate::plan::Resource| matches!(resource.kind, ResourceKind::Previous { of, .. } if of == id);
+    plan.resources.iter().position(before).map_or(id, ResourceId)
+}
+
+/// Takes over the histories of another recording; false, and nothing taken, where one of the plan's has no equal.
+fn adopt_histories(plan: &FramePlan, textures: &mut [Option<wgpu::Texture>], old: &Recording) -> bool {
+    let pairs = |plan: &FramePlan| -> Vec<(usize, usize)> {
+        let pair = |(index, resource): (usize, &crate::plan::Resource)| match resource.kind {
+            ResourceKind::Previous { of, .. } => Some((of.0, index)),
+            _ => None,
+        };
+        plan.resources.iter().enumerate().filter_map(pair).collect()
+    };
+    let old_pairs = pairs(&old.plan);
+    let found: Option<Vec<_>> = pairs(plan)
+        .into_iter()
+        .map(|(now, before)| {
+            let same = |&&(old_now, _): &&(usize, usize)| {
+                let (own, other) = (&plan.resources[now], &old.plan.resources[old_now]);
+                own.name == other.name && own.kind == other.kind
+            };
+            old_pairs.iter().find(same).map(|&(old_now, old_before)| [(now, old_now), (before, old_before)])
+        })
+        .collect();
+    let found = found.unwrap_or_default();
+    for (own, other) in found.iter().flatten() {
+        textures[*own].clone_from(&old.textures[*other]);
+    }
+    !found.is_empty()
+}
+
 struct Maker<'a> {
     gpu: &'a Gpu,
     plan: &'a FramePlan,
     textures: &'a [Option<wgpu::Texture>],
     buffers: &'a [Option<wgpu::Buffer>],
     view: &'a wgpu::Buffer,
+    previous: Option<&'a wgpu::Buffer>,
     scene: Option<&'a SceneBuffers>,
 }
 
 impl Maker<'_> {
-    fn ready(&self, pass: &Pass) -> ReadyPass {
+    fn ready(&self, pass: &Pass, params: Option<&wgpu::Buffer>) -> ReadyPass {
         let shader = known_shader(&pass.shader);
         match &pass.work {
             Work::Dispatch { entry, size } => {
                 let entry = shader.entry_points.iter().find(|e| e.name == *entry).unwrap_or(&shader.entry_points[0]);
                 debug_assert_eq!(entry.stage, Stage::Compute);
                 let pipeline = self.gpu.compute_pipeline(shader, entry, &pass.constants);
-                let group = self.group(pass, |index| pipeline.get_bind_group_layout(index));
+                let group = |turn| self.group(pass, params, turn, |index| pipeline.get_bind_group_layout(index));
+                let first = group(0);
+                let turns = pass.bindings.iter().any(|&(_, id)| in_turn(self.plan, id, 1) != id);
+                let groups = [first.clone(), if turns { group(1) } else { first }];
                 let workgroups = [size[0].div_ceil(entry.workgroup_size[0]), size[1].div_ceil(entry.workgroup_size[1])];
-                ReadyPass::Compute { pipeline, group, workgroups }
+                ReadyPass::Compute { pipeline, groups, workgroups }
             }
             Work::Draw { targets, depth } => {
                 let formats: Vec<_> = targets.iter().map(|&id| self.texture(pass, id).format()).collect();
                 let pipeline = self.gpu.render_pipeline(shader, &pass.constants, &formats, false);
-                let group = self.group(pass, |index| pipeline.get_bind_group_layout(index));
+                let group = self.group(pass, params, 0, |index| pipeline.get_bind_group_layout(index));
                 let colors =
                     targets.iter().map(|&id| self.texture(pass, id).create_view(&Default::default())).collect();
                 let depth = self.texture(pass, depth.0).create_view(&wgpu::TextureViewDescriptor {
@@ -370,7 +544,7 @@ impl Maker<'_> {
             }
             Work::Voxelize { target, meshes } => {
                 let pipeline = self.gpu.render_pipeline(shader, &pass.constants, &[], true);
-                let group = self.group(pass, |index| pipeline.get_bind_group_layout(index));
+                let group = self.group(pass, params, 0, |index| pipeline.get_bind_group_layout(index));
                 let target = self.texture(pass, *target).create_view(&Default::default());
                 let vertices = self.scene.map_or(Vec::new(), |scene| match meshes {
                     Meshes::All => std::iter::once(0..scene.index_count).collect(),
@@ -388,7 +562,13 @@ impl Maker<'_> {
             .unwrap_or_else(|| panic!("{}: no texture {}", pass.name, self.plan.resources[id.0].name))
     }
 
-    fn group(&self, pass: &Pass, layout: impl Fn(u32) -> wgpu::BindGroupLayout) -> Option<wgpu::BindGroup> {
+    fn group(
+        &self,
+        pass: &Pass,
+        params: Option<&wgpu::Buffer>,
+        turn: usize,
+        layout: impl Fn(u32) -> wgpu::BindGroupLayout,
+    ) -> Option<wgpu::BindGroup> {
         enum Held {
             View(wgpu::TextureView),
             Buffer(wgpu::Buffer),
@@ -398,15 +578,21 @@ impl Maker<'_> {
             .into_iter()
             .map(|binding| {
                 let id = || {
-                    pass.bindings.iter().find(|(name, _)| *name == binding.name).map(|&(_, id)| id).unwrap_or_else(
-                        || panic!("pass {} binds nothing to {} of {}", pass.name, binding.name, pass.shader),
-                    )
+                    let bound = pass.bindings.iter().find(|(name, _)| *name == binding.name);
+                    let id = bound.map(|&(_, id)| in_turn(self.plan, id, turn));
+                    id.unwrap_or_else(|| {
+                        panic!("pass {} binds nothing to {} of {}", pass.name, binding.name, pass.shader)
+                    })
                 };
                 let held = match &binding.kind {
-                    BindingKind::Uniform { .. } if binding.name == "view" => Held::Buffer(self.view.clone()),
-                    BindingKind::Uniform { size, members } => {
-                        let block = uniform::pack(*size, members, &pass.params, &pass.name);
-                        Held::Buffer(make_buffer(self.gpu, &pass.name, &block, wgpu::BufferUsages::UNIFORM))
+                    BindingKind::Uniform { .. } => {
+                        let buffer = match binding.name {
+                            "view" => Some(self.view),
+                            "previous" => self.previous,
+                            _ => params,
+                        };
+                        let missing = || panic!("pass {} has no values for {}", pass.name, binding.name);
+                        Held::Buffer(buffer.cloned().unwrap_or_else(missing))
                     }
                     BindingKind::Storage { .. } => Held::Buffer(
                         self.buffers[id().0]

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec3, vec2};
+use glam::{Mat4, Vec3, vec2};
 use halflight_scenes::{Light, Scene, Texture};
 use wgpu::util::DeviceExt;
 
@@ -17,7 +17,15 @@ pub(crate) struct Vertex {
     material: u32,
     uv: [f32; 2],
     normal: u32,
-    unused: u32,
+    object: u32,
+}
+
+/// Twin of `Object` in `common/scene.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Object {
+    pub(crate) to_world: Mat4,
+    pub(crate) view_to_previous: Mat4,
 }
 
 /// Twin of `Material` in `common/scene.wgsl`.
@@ -62,6 +70,8 @@ pub struct SceneBuffers {
     pub texels: wgpu::Buffer,
     /// `array<Light>`.
     pub lights: wgpu::Buffer,
+    /// `array<Object>`, the first one for what stands still; `None` where nothing moves.
+    pub objects: Option<wgpu::Buffer>,
     /// Number of indices; 0 for an empty scene.
     pub index_count: u32,
     /// Indices of the meshes that are the skin of solid matter.
@@ -90,7 +100,7 @@ impl SceneBuffers {
                 phong_exponent: m.phong_exponent,
             })
             .collect();
-        let lights = lights(&scene.lights);
+        let lights = lights(&scene.pose(0).lights);
         let [solid, open] = solid_and_open(scene);
         let storage = |label, bytes: &[u8], size: usize, usage| {
             let empty = vec![0u8; size];
@@ -102,12 +112,22 @@ impl SceneBuffers {
         };
         use bytemuck::cast_slice;
         let none = wgpu::BufferUsages::empty();
+        let if_moving = |moving: bool| if moving { wgpu::BufferUsages::COPY_DST } else { none };
+        let still = Object { to_world: Mat4::IDENTITY, view_to_previous: Mat4::IDENTITY };
+        let objects = scene.meshes.iter().any(|mesh| mesh.object.is_some()).then(|| {
+            let poses = scene.pose(0).objects;
+            let objects = poses.into_iter().map(|to_world| Object { to_world, ..still });
+            let objects: Vec<Object> = [still].into_iter().chain(objects).collect();
+            storage("scene.objects", cast_slice(&objects), size_of::<Object>(), if_moving(true))
+        });
+        let lights_move = !scene.moves.lights.is_empty();
         Self {
             vertices: storage("scene.vertices", cast_slice(&vertices), size_of::<Vertex>(), none),
             indices: storage("scene.indices", cast_slice(&indices), 4, wgpu::BufferUsages::INDEX),
             materials: storage("scene.materials", cast_slice(&materials), size_of::<Material>(), none),
             texels: storage("scene.texels", cast_slice(&texels), 4, none),
-            lights: storage("scene.lights", cast_slice(&lights), size_of::<GpuLight>(), none),
+            lights: storage("scene.lights", cast_slice(&lights), size_of::<GpuLight>(), if_moving(lights_move)),
+            objects,
             index_count: indices.len() as u32,
             solid,
             open,
@@ -123,13 +143,15 @@ impl SceneBuffers {
             "materials" => Some(&self.materials),
             "texels" => Some(&self.texels),
             "lights" => Some(&self.lights),
+            "objects" => self.objects.as_ref(),
             _ => None,
         }
     }
 
     /// Bytes held on the device.
     pub fn bytes(&self) -> u64 {
-        [&self.vertices, &self.indices, &self.materials, &self.texels, &self.lights].iter().map(|b| b.size()).sum()
+        let all = [&self.vertices, &self.indices, &self.materials, &self.texels, &self.lights];
+        all.into_iter().chain(&self.objects).map(wgpu::Buffer::size).sum()
     }
 }
 
@@ -138,8 +160,10 @@ fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>) {
     let mut indices = Vec::new();
     for mesh in &scene.meshes {
         let first = vertices.len() as u32;
+        // The first object is the world at rest.
+        let object = mesh.object.map_or(0, |object| object as u32 + 1);
         vertices.extend(mesh.positions.iter().zip(&mesh.normals).zip(&mesh.uvs).map(|((&position, &normal), &uv)| {
-            Vertex { position, material: mesh.material as u32, uv, normal: pack_normal(normal), unused: 0 }
+            Vertex { position, material: mesh.material as u32, uv, normal: pack_normal(normal), object }
         }));
         indices.extend(mesh.indices.iter().map(|index| first + index));
     }
@@ -213,7 +237,7 @@ pub(crate) fn shadow_faces(light: &Light) -> u32 {
     }
 }
 
-fn lights(lights: &[Light]) -> Vec<GpuLight> {
+pub(crate) fn lights(lights: &[Light]) -> Vec<GpuLight> {
     let unit = |v: [f32; 3]| Vec3::from(v).normalize_or(Vec3::NEG_Y).to_array();
     let mut layer = 0;
     lights

@@ -15,12 +15,15 @@ pub struct ShadowLayer {
     pub width: f32,
 }
 
-/// The layers of every light, in the order of the scene's lights.
-pub fn shadow_layers(scene: &Scene) -> Vec<ShadowLayer> {
-    let (low, high) = scene.bounds().unwrap_or((Vec3::NEG_ONE, Vec3::ONE));
+/// A box around all that may cast a shadow, at every frame: its corners.
+pub(crate) fn shadow_bounds(scene: &Scene) -> (Vec3, Vec3) {
+    scene.swept_bounds().unwrap_or((Vec3::NEG_ONE, Vec3::ONE))
+}
+
+/// The layers of these lights, in their order, around a scene with these bounds.
+pub(crate) fn shadow_layers(lights: &[Light], (low, high): (Vec3, Vec3)) -> Vec<ShadowLayer> {
     let diagonal = (high - low).length().max(f32::MIN_POSITIVE);
-    scene
-        .lights
+    lights
         .iter()
         .flat_map(|light| match *light {
             Light::Directional { direction, .. } => vec![directional(direction.into(), low, high, diagonal)],

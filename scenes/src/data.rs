@@ -2,6 +2,8 @@
 
 use glam::{Mat4, Vec3};
 
+use crate::Moves;
+
 /// A complete scene: everything that a frame or a path tracer reads.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
@@ -19,6 +21,8 @@ pub struct Scene {
     pub camera: Camera,
     /// Light from outside the scene, where the scene has any.
     pub environment: Option<Environment>,
+    /// What moves; empty for a still scene. Everything else is the scene at rest.
+    pub moves: Moves,
     /// What the loader mended or replaced, one sentence each.
     pub warnings: Vec<String>,
 }
@@ -38,6 +42,8 @@ pub struct Mesh {
     pub indices: Vec<u32>,
     /// Index into [`Scene::materials`].
     pub material: usize,
+    /// The motion that moves the mesh, index into [`Moves::objects`]; `None` for one that stands still.
+    pub object: Option<usize>,
 }
 
 /// A surface. Surfaces are two-sided; the diffuse BRDF is `albedo / pi`.
@@ -58,6 +64,8 @@ pub struct Material {
     pub specular: [f32; 3],
     /// Phong exponent (`Ns`), 0..1e6.
     pub phong_exponent: f32,
+    /// The surface receives indirect light and sends none: techniques take its radiance as a source for 0.
+    pub receive_only: bool,
 }
 
 impl Default for Material {
@@ -70,6 +78,7 @@ impl Default for Material {
             emission: [0.0; 3],
             specular: [0.0; 3],
             phong_exponent: 0.0,
+            receive_only: false,
         }
     }
 }

@@ -9,11 +9,13 @@ mod data;
 mod error;
 pub mod generators;
 mod load;
+mod motion;
 mod needs;
 mod watertight;
 
 pub use data::{Camera, Environment, Light, Material, Mesh, Scene, Texture};
 pub use error::SceneError;
 pub use load::keys;
-pub use load::{DiskFiles, FileSource, MemoryFiles, load_scene, nearest_name, write_obj};
+pub use load::{DiskFiles, FileSource, MemoryFiles, load_scene, nearest_name, write_obj, write_scene};
+pub use motion::{CameraKeyframe, Keyframe, Motion, Moves, Pose};
 pub use needs::SceneNeeds;

@@ -30,15 +30,20 @@ pub struct SceneNeeds {
     pub point_lights: usize,
     /// Light arrives from outside the geometry.
     pub environment: bool,
+    /// Number of motions that move triangles.
+    pub moving_objects: usize,
+    /// Some light moves.
+    pub moving_lights: bool,
+    /// Some surface receives light and sends none.
+    pub receive_only: bool,
 }
 
 impl SceneNeeds {
     /// Collects the facts. Materials that no mesh uses do not count.
     pub fn of(scene: &Scene) -> Self {
-        let used =
-            || scene.meshes.iter().filter(|m| !m.indices.is_empty()).filter_map(|m| scene.materials.get(m.material));
-        let meshes = || scene.meshes.iter().filter(|m| !m.indices.is_empty());
-        let watertight = meshes().filter(|mesh| scene.is_solid(mesh)).count();
+        let drawn = || scene.meshes.iter().filter(|m| !m.indices.is_empty());
+        let used = || drawn().filter_map(|m| scene.materials.get(m.material));
+        let watertight = drawn().filter(|mesh| scene.is_solid(mesh)).count();
         let count = |wanted: fn(&Light) -> bool| scene.lights.iter().filter(|&light| wanted(light)).count();
         Self {
             triangles: scene.triangle_count(),
@@ -47,11 +52,14 @@ impl SceneNeeds {
             emitters: used().any(|m| m.emission != [0.0; 3]),
             glossy: used().any(|m| m.specular != [0.0; 3]),
             watertight_meshes: watertight,
-            open_meshes: meshes().count() - watertight,
+            open_meshes: drawn().count() - watertight,
             directional_lights: count(|l| matches!(l, Light::Directional { .. })),
             spot_lights: count(|l| matches!(l, Light::Spot { .. })),
             point_lights: count(|l| matches!(l, Light::Point { .. })),
             environment: scene.environment.is_some(),
+            moving_objects: if drawn().any(|m| m.object.is_some()) { scene.moves.objects.len() } else { 0 },
+            moving_lights: !scene.moves.lights.is_empty(),
+            receive_only: used().any(|m| m.receive_only),
         }
     }
 }
@@ -90,6 +98,7 @@ mod tests {
             (Material { albedo_texture: Some(0), ..default() }, SceneNeeds { textured: true, ..plain.clone() }),
             (Material { emission: [0.0, 0.0, 0.1], ..default() }, SceneNeeds { emitters: true, ..plain.clone() }),
             (Material { specular: [0.0, 0.1, 0.0], ..default() }, SceneNeeds { glossy: true, ..plain.clone() }),
+            (Material { receive_only: true, ..default() }, SceneNeeds { receive_only: true, ..plain.clone() }),
             (Material { phong_exponent: 10.0, ..default() }, plain.clone()),
         ] {
             assert_eq!(SceneNeeds::of(&scene(special.clone(), default())), needs);

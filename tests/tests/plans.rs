@@ -9,11 +9,11 @@ use std::collections::BTreeSet;
 use halflight_renderer::{
     DirectLight, DirectSource, SceneFacts,
     parameters::{Parameter, Role},
-    plan::{FramePlan, ResourceId, ResourceKind, Work},
+    plan::{FramePlan, Resource, ResourceId, ResourceKind, Work},
     plan_frame,
     techniques::TECHNIQUES,
 };
-use halflight_scenes::{Light, Scene};
+use halflight_scenes::{CameraKeyframe, Keyframe, Light, Motion, Moves, Scene};
 use halflight_shared_shaders::{BindingKind, SHADERS, Shader, shader};
 use halflight_tests::{known, scenes, settings};
 
@@ -99,6 +99,23 @@ fn each_need_adds_exactly_its_own() {
     // What no pass of this technique can show yet costs nothing: glossy materials.
     check(|scene| scene.materials[0].specular = [0.5; 3], &[], &[], ["gbuffer/gbuffer", shadow, direct]);
     check(|scene| scene.lights.push(scenes::sun()), &[], &["shadow_1"], ["gbuffer/gbuffer", shadow, direct]);
+    // What only receives light is found by its material, and its light is taken out of the source.
+    check(
+        |scene| scene.materials[0].receive_only = true,
+        &["material", "receive_only", "source"],
+        &["source"],
+        ["gbuffer/gbuffer+material_id", shadow, direct],
+    );
+    // What moves is drawn where it is; no channel says what it was, unless the temporal filter asks.
+    check(move_first_mesh, &["scene.objects"], &[], ["gbuffer/gbuffer+moving", "shadow/shadow_map+moving", direct]);
+    // A light or a camera that moves changes numbers and no plan.
+    check(
+        |scene| scene.moves.lights.push((0, Motion { pivot: [0.0; 3], keyframes: vec![Keyframe::default()] })),
+        &[],
+        &[],
+        ["gbuffer/gbuffer", shadow, direct],
+    );
+    check(move_camera, &[], &[], ["gbuffer/gbuffer", shadow, direct]);
     // A point light needs the six faces of a cube.
     check(
         |scene| scene.lights.push(Light::Point { position: [0.0, 2.0, 0.0], intensity: [1.0; 3] }),
@@ -106,6 +123,49 @@ fn each_need_adds_exactly_its_own() {
         &["shadow_1", "shadow_2", "shadow_3", "shadow_4", "shadow_5", "shadow_6"],
         ["gbuffer/gbuffer", shadow, direct],
     );
+}
+
+fn move_first_mesh(scene: &mut Scene) {
+    scene.meshes[0].object = Some(0);
+    let keyframes = vec![Keyframe::default(), Keyframe { frame: 9, translate: [0.1, 0.0, 0.0], ..Keyframe::default() }];
+    scene.moves.objects.push(Motion { pivot: [0.0; 3], keyframes });
+}
+
+fn move_camera(scene: &mut Scene) {
+    let key = |frame, eye| CameraKeyframe { frame, eye, target: scene.camera.target, cut: false };
+    scene.moves = Moves { camera: vec![key(0, scene.camera.eye), key(9, [0.1, 1.4, 4.0])], ..Moves::default() };
+}
+
+#[test]
+fn the_temporal_filter_adds_exactly_its_own() {
+    let filtered = |scene: &Scene| {
+        let plans = ["0", "0.9"].map(|a| plan(scene, "hierarchical", &[("temporal_a", a)], SIZE));
+        let resources: Vec<String> =
+            added(&resources(&plans[0]), &resources(&plans[1])).into_iter().map(String::from).collect();
+        let passes: Vec<String> = added(&passes(&plans[0]), &passes(&plans[1])).into_iter().map(String::from).collect();
+        let bytes = plans[1].technique_bytes() - plans[0].technique_bytes();
+        let shader = plans[1].find("temporal").unwrap().shader.clone();
+        (resources, passes, bytes, shader, plans[1].find("gbuffer").unwrap().shader.clone())
+    };
+    let own = ["history", "history_before", "filtered"].map(String::from).to_vec();
+    let pass = vec!["temporal".to_owned()];
+    // Two textures of 16 bytes a pixel that change places, and the filtered light.
+    let bytes = u64::from(SIZE[0] * SIZE[1]) * (2 * 16 + 8);
+    let (still, gbuffer) = ("temporal/temporal+float16".to_owned(), "gbuffer/gbuffer".to_owned());
+    let scene = scenes::court();
+    assert_eq!(filtered(&scene), (own.clone(), pass.clone(), bytes, still.clone(), gbuffer.clone()));
+    // A camera that moves is followed through depth and matrices.
+    let mut camera = scene.clone();
+    move_camera(&mut camera);
+    assert_eq!(filtered(&camera), (own.clone(), pass.clone(), bytes, still, gbuffer));
+    // Only an object that moves needs to be known by its pixels.
+    let mut moving = scene;
+    move_first_mesh(&mut moving);
+    let with_object = [vec!["object".to_owned()], own].concat();
+    let shaders = ["temporal/temporal+moving+float16", "gbuffer/gbuffer+moving+object_id"].map(String::from);
+    assert_eq!(filtered(&moving), (with_object, pass, bytes, shaders[0].clone(), shaders[1].clone()));
+    // A technique that keeps nothing has no use for it.
+    assert!(!resources(&plan(&moving, "exhaustive", &[], SIZE)).contains(&"object"));
 }
 
 #[test]
@@ -235,7 +295,7 @@ fn override_parameters_and_override_constants_are_the_same() {
 /// Scenes that ask for every combination of G-buffer and direct light variants.
 fn needs() -> Vec<Scene> {
     let mut all = Vec::new();
-    for bits in 0..32 {
+    for bits in 0..128 {
         let mut scene = scenes::court();
         let on = |bit: u32| bits >> bit & 1 == 1;
         scene.materials[0].emission = [f32::from(u8::from(on(0))); 3];
@@ -247,6 +307,10 @@ fn needs() -> Vec<Scene> {
         if on(4) {
             scene.lights.remove(0);
         }
+        if on(5) {
+            move_first_mesh(&mut scene);
+        }
+        scene.materials[0].receive_only = on(6);
         all.push(scene);
     }
     all.push(Scene::default());
@@ -272,9 +336,14 @@ fn technique_plans() -> Vec<FramePlan> {
                             ("storage", storage),
                             ("only_level", only_level),
                         ];
-                        all.push(plan(&scene, "hierarchical", &values, size));
-                        for visibility in ["solid", "surface", "auto"] {
-                            let values = [&values[..], &[("visibility", visibility)]].concat();
+                        for extra in [
+                            ("temporal_a", "0"),
+                            ("temporal_a", "0.999"),
+                            ("visibility", "solid"),
+                            ("visibility", "surface"),
+                            ("visibility", "auto"),
+                        ] {
+                            let values = [&values[..], &[extra]].concat();
                             all.push(plan(&scene, "hierarchical", &values, size));
                         }
                     }
@@ -287,11 +356,13 @@ fn technique_plans() -> Vec<FramePlan> {
 
 fn every_plan() -> Vec<FramePlan> {
     let scenes = needs();
-    let plans = |visibility| {
-        let plan = move |scene| plan(scene, "hierarchical", &[("visibility", visibility)], SIZE);
-        scenes.iter().map(plan)
-    };
-    plans("off").chain(plans("auto")).chain(technique_plans()).collect()
+    let of = |extra: (&'static str, &'static str)| move |scene: &Scene| plan(scene, "hierarchical", &[extra], SIZE);
+    let extras = [("temporal_a", "0"), ("temporal_a", "0.9"), ("visibility", "auto")];
+    extras
+        .into_iter()
+        .flat_map(|extra| scenes.iter().map(of(extra)).collect::<Vec<_>>())
+        .chain(technique_plans())
+        .collect()
 }
 
 #[test]
@@ -363,6 +434,13 @@ fn every_plan_reads_only_what_was_written_and_wastes_nothing() {
         for (index, resource) in plan.resources.iter().enumerate() {
             let id = ResourceId(index);
             assert!(!resource.reason.is_empty(), "{} has no reason", resource.name);
+            // A history is written for the next frame to read.
+            let kept = |(index, other): (usize, &Resource)| {
+                matches!(other.kind, ResourceKind::Previous { of, .. } if of == id) && read.contains(&ResourceId(index))
+            };
+            if plan.resources.iter().enumerate().any(kept) {
+                continue;
+            }
             // A depth test is read by the pass that writes it, a target of voxels gives the size; the second sum of a
             // short exhaustive one is only bound.
             let result = plan.outputs.values().any(|&output| output == id);

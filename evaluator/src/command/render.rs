@@ -43,6 +43,9 @@ pub(super) struct RenderArgs {
     /// Seed of every random number.
     #[arg(long, default_value_t = 0)]
     seed: u32,
+    /// Number of the frame to show: where things move, and what a temporal filter made of all frames up to it.
+    #[arg(long, default_value_t = 0)]
+    frame: u32,
     /// Look through every texture for NaN and infinity, and fail where there is one.
     #[arg(long)]
     check: bool,
@@ -76,6 +79,11 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     let session = Session::new(&native, &scene);
     let traced = match args.direct.as_str() {
         "truth" => {
+            if !scene.moves.is_empty() {
+                return Err(Error::BadInput(
+                    "--direct truth is the light of one frame: render it without moves, or leave --direct out".into(),
+                ));
+            }
             Some(truth::trace(&native, &scene, &TruthRequest::new(scene.camera, args.size), Stop::default())?.truth)
         }
         _ => None,
@@ -83,9 +91,14 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     let direct = traced.as_ref().map(|truth| truth.direct.as_slice());
     let settings_line: Vec<String> = settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let mut frames = session.frames(&Request { technique, settings, size: args.size, seed: args.seed, direct })?;
-    // The first frame also compiles the pipelines; the second one is the one whose times count.
+    // The first frame also compiles the pipelines; the last one is the one whose times count.
     frames.run(0)?;
-    let time = frames.run(0)?;
+    // Only a filter over frames needs those before the last.
+    let first = if frames.plan().has_history() { 0 } else { args.frame };
+    let mut time = frames.run(first)?;
+    for frame in first + 1..=args.frame {
+        time = frames.run(frame)?;
+    }
     for pass in &time.passes {
         println!("{:<16} {:>9.3} ms", pass.name, pass.milliseconds);
     }
@@ -100,7 +113,8 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
             ("scene", scene.name.clone()),
             ("technique", technique.name.to_owned()),
             ("settings", settings_line.join(" ")),
-            ("camera", format!("{:?}", scene.camera)),
+            ("camera", format!("{:?}", scene.pose(args.frame).camera)),
+            ("frame", args.frame.to_string()),
             ("seed", args.seed.to_string()),
             ("adapter", native.info.name.clone()),
             ("commit", crate::run::COMMIT.to_owned()),

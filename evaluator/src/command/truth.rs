@@ -35,6 +35,9 @@ pub(super) struct TruthArgs {
     /// Also trace ambient occlusion of this radius, scene units; 0 for unlimited.
     #[arg(long, value_name = "RADIUS")]
     ambient_occlusion: Option<f32>,
+    /// Number of the frame at which a moving scene is traced.
+    #[arg(long, default_value_t = 0)]
+    frame: u32,
     /// Seed of every random number.
     #[arg(long, default_value_t = 0)]
     seed: u32,
@@ -47,7 +50,7 @@ pub(super) struct TruthArgs {
 }
 
 pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
-    let scene = open_scene(&args.scene.scene)?;
+    let scene = open_scene(&args.scene.scene)?.posed(args.frame);
     let native = open_adapter(&args.adapter)?;
     let request = Request {
         bounce1: args.bounces > 0,

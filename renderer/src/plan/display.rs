@@ -18,7 +18,9 @@ impl fmt::Display for Part {
 impl fmt::Display for ResourceKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(&match self {
-            Self::Texture { size: [w, h], layers: 1, format } => format!("{w}x{h} {format:?}"),
+            Self::Texture { size: [w, h], layers: 1, format } | Self::Previous { size: [w, h], format, .. } => {
+                format!("{w}x{h} {format:?}")
+            }
             Self::Texture { size: [w, h], layers, format } => format!("{w}x{h}x{layers} {format:?}"),
             Self::Data { .. } => "data".into(),
             Self::Buffer { .. } => "buffer".into(),

@@ -14,6 +14,7 @@ use crate::{
     parameters,
     parameters::{Settings, SettingsError},
     plan::{FramePlan, Part, ResourceId},
+    temporal::temporal_filter,
 };
 
 choice! {
@@ -182,6 +183,8 @@ parameters! {
         grid [UpsamplingKernel::Spline], role Override("KERNEL");
         /// Storage of the indirect and final image: float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
+        /// Share a of the frames before in the filtered light: F = a F_before + (1 - a) I; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.
+        temporal_a: f32 = 0.0, in 0.0..=0.999, unit "1", grid [0.0, 0.9], role Plan;
         /// Gather one level only and leave the others black.
         only_level: OnlyLevel = OnlyLevel::All, unit "", grid [OnlyLevel::All], role Plan;
         /// What stands between a surface and its source: off, light passes; solid, surface or auto, a voxel grid of every mesh as solid, as surfaces, or as each mesh is.
@@ -203,7 +206,10 @@ pub const TECHNIQUE: Technique = Technique {
     summary: "hierarchical screen-space indirect illumination (Soler et al. 2009)",
     parameters: Hierarchical::parameters,
     complete: |settings| Ok(Hierarchical::from_settings(settings)?.to_settings()),
-    plan,
+    plan: |plan, inputs, settings| {
+        let light = self::plan(plan, inputs, settings)?;
+        Ok(temporal_filter(plan, inputs, light, Hierarchical::from_settings(settings)?.temporal_a))
+    },
 };
 
 /// One level of the pyramid.

@@ -19,12 +19,23 @@ pub struct Inputs {
     pub depth: ResourceId,
     /// View-space unit normal facing the eye.
     pub normal: ResourceId,
-    /// Radiance after direct light.
+    /// Radiance after direct light: the source of indirect light.
     pub direct: ResourceId,
     /// Diffuse reflectance.
     pub albedo: ResourceId,
+    /// What moves, where something does and the temporal filter follows it.
+    pub motion: Option<MotionInputs>,
     /// The scene itself; `None` where only textures are given.
     pub scene: Option<SceneInputs>,
+}
+
+/// Which moving object each pixel shows, and where it was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionInputs {
+    /// Index into `objects`, 0 for what stands still.
+    pub object: ResourceId,
+    /// `array<Object>` of common/scene.wgsl.
+    pub objects: ResourceId,
 }
 
 /// Facts that decide how a technique reads the scene's buffers.
@@ -36,6 +47,8 @@ pub struct SceneInputs {
     pub solid_meshes: bool,
     /// Some mesh does not.
     pub open_meshes: bool,
+    /// Some mesh moves.
+    pub moving: bool,
 }
 
 impl SceneInputs {
@@ -45,6 +58,7 @@ impl SceneInputs {
             alpha_tested: needs.alpha_tested,
             solid_meshes: needs.watertight_meshes > 0,
             open_meshes: needs.open_meshes > 0,
+            moving: needs.moving_objects > 0,
         }
     }
 }

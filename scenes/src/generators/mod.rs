@@ -8,6 +8,7 @@ mod bars;
 mod build;
 mod cornell;
 mod furnace;
+mod motion;
 mod textures;
 
 use crate::{Material, Mesh, Texture};
@@ -24,7 +25,7 @@ pub struct Geometry {
 }
 
 /// Names that [`geometry`] knows; each has a scene file `scenes/NAME.toml`.
-pub const NAMES: &[&str] = &["atrium", "bars", "cornell", "furnace"];
+pub const NAMES: &[&str] = &["atrium", "bars", "cornell", "furnace", "motion"];
 
 /// Builds the scene of that name; `None` for a name that is not in [`NAMES`].
 pub fn geometry(name: &str) -> Option<Geometry> {
@@ -33,6 +34,7 @@ pub fn geometry(name: &str) -> Option<Geometry> {
         "bars" => Some(bars::build()),
         "cornell" => Some(cornell::build()),
         "furnace" => Some(furnace::build()),
+        "motion" => Some(motion::build()),
         _ => None,
     }
 }

@@ -129,6 +129,13 @@ impl<'a> Table<'a> {
         self.get(key).map(read).transpose()
     }
 
+    /// `true` or `false`.
+    pub fn boolean(&self, key: &str) -> Result<Option<bool>, SceneError> {
+        let read =
+            |value: &Value<'a>| value.get_ref().as_bool().ok_or_else(|| self.wrong(key, value, "`true` or `false`"));
+        self.get(key).map(read).transpose()
+    }
+
     /// A number in a range.
     pub fn number(&self, key: &str, range: RangeInclusive<f32>) -> Result<Option<f32>, SceneError> {
         let read = |value: &Value<'a>| {

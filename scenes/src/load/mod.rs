@@ -5,17 +5,20 @@
 mod automatic;
 mod files;
 pub mod keys;
+mod moves;
 mod mtl;
 mod obj;
 mod scene_file;
 mod textures;
 mod write;
+mod write_scene;
 
 use std::path::Path;
 
 pub use files::{DiskFiles, FileSource, MemoryFiles};
 pub use keys::nearest_name;
 pub use write::write_obj;
+pub use write_scene::write_scene;
 
 use crate::{Mesh, Scene, SceneError};
 
@@ -26,6 +29,13 @@ use crate::{Mesh, Scene, SceneError};
 /// `rotate_degrees` about the fixed axes x, then y, then z, and `scale`), `[camera]` and
 /// `[[light]]`. Without `[camera]` the camera is automatic; without `[[light]]`, in a scene where
 /// nothing emits, there is an automatic sun.
+///
+/// `moves` is a list of keyframes by ascending `frame`; numbers between two of them are interpolated
+/// linearly. A model's have `translate`, `rotate_degrees` and `scale`, on top of its `transform` and about its
+/// `pivot` (a world position; where `transform` put its origin unless told). A light's have `translate`,
+/// which moves its position, and `rotate_degrees`, which turns its direction. A camera's have `eye`, `target` and
+/// `cut`: the camera rests at the keyframe before and is here at once. `receive_only = true` makes a
+/// model receive indirect light and send none.
 ///
 /// # Errors
 /// One sentence with file, line (where there is one) and the mend: a file that cannot be read, an

@@ -121,6 +121,7 @@ impl Entry {
             emission,
             specular,
             phong_exponent,
+            receive_only: false,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{Mat3, Quat, Vec3};
 
 use super::keys::{Source, Table, listed, nearest_name};
-use super::{Reader, add_missing, obj, reason};
+use super::{Reader, add_missing, moves, obj, reason};
 use crate::{Camera, Light, Mesh, SceneError, generators};
 
 /// Reads a scene file into the reader's scene. See [`super::load_scene`] for its keys.
@@ -22,11 +22,17 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
         reader.scene.name = name.to_owned();
     }
     // Cheap things first: a slip in the camera is told before a large model is read.
-    let camera =
-        file.table("camera", &["eye", "target", "up", "vertical_fov_degrees"])?.map(|t| camera(&t)).transpose()?;
-    let lights = file.tables("light", &LIGHT_KEYS)?;
-    reader.scene.lights = lights.into_iter().map(light).collect::<Result<_, _>>()?;
-    let models = file.tables("model", &["path", "generator", "transform", "moves", "receive_only"])?;
+    let camera_table = file.table("camera", &["eye", "target", "up", "vertical_fov_degrees", "moves"])?;
+    let camera = camera_table.as_ref().map(camera).transpose()?;
+    if let Some(table) = &camera_table {
+        reader.scene.moves.camera = moves::camera(table)?;
+    }
+    for (index, table) in file.tables("light", &LIGHT_KEYS)?.into_iter().enumerate() {
+        let light = light(table)?;
+        reader.scene.moves.lights.extend(moves::light(&table, &light)?.map(|motion| (index, motion)));
+        reader.scene.lights.push(light);
+    }
+    let models = file.tables("model", &["path", "generator", "transform", "moves", "pivot", "receive_only"])?;
     if models.is_empty() {
         return Err(file.error("model", "is missing; write for example `[[model]]` and `path = \"model.obj\"`"));
     }
@@ -42,11 +48,8 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
 }
 
 fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<Vec<Mesh>, SceneError> {
-    for key in ["moves", "receive_only"] {
-        if table.has(key) {
-            return Err(table.error(key, "is not supported in this version; remove it"));
-        }
-    }
+    let receive_only = table.boolean("receive_only")?.unwrap_or(false);
+    let first_material = reader.scene.materials.len();
     let mut meshes = match (table.text("path")?, table.text("generator")?) {
         (Some(name), None) => {
             if !name.to_lowercase().ends_with(".obj") {
@@ -78,9 +81,18 @@ fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<Vec<Me
             return Err(table.error("path", "is missing; write `path = \"model.obj\"` or `generator = \"atrium\"`"));
         }
     };
+    let mut placed = [0.0; 3];
     if let Some(transform) = table.table("transform", &["translate", "rotate_degrees", "scale"])? {
         apply(&transform, &mut meshes)?;
+        placed = transform.vector("translate", "finite numbers", |_| true)?.unwrap_or_default();
     }
+    if let Some(motion) = moves::model(table, placed)? {
+        let objects = &mut reader.scene.moves.objects;
+        meshes.iter_mut().for_each(|mesh| mesh.object = Some(objects.len()));
+        objects.push(motion);
+    }
+    // Every model has materials of its own, so this reaches no other.
+    reader.scene.materials[first_material..].iter_mut().for_each(|material| material.receive_only = receive_only);
     Ok(meshes)
 }
 
@@ -139,7 +151,7 @@ fn camera(table: &Table) -> Result<Camera, SceneError> {
     })
 }
 
-const LIGHT_KEYS: [&str; 7] = [
+const LIGHT_KEYS: [&str; 8] = [
     "kind",
     "direction",
     "irradiance",
@@ -147,13 +159,14 @@ const LIGHT_KEYS: [&str; 7] = [
     "intensity",
     "half_angle_degrees",
     "full_intensity_half_angle_degrees",
+    "moves",
 ];
 
 fn light(table: Table) -> Result<Light, SceneError> {
     let kind = table.required("kind", table.text("kind")?, "kind = \"directional\"")?;
     let keys: &[&str] = match kind {
-        "directional" => &["kind", "direction", "irradiance"],
-        "point" => &["kind", "position", "intensity"],
+        "directional" => &["kind", "direction", "irradiance", "moves"],
+        "point" => &["kind", "position", "intensity", "moves"],
         "spot" => &LIGHT_KEYS,
         _ => {
             let near =

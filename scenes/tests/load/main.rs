@@ -3,6 +3,7 @@
 mod automatic;
 mod damage;
 mod materials;
+mod moves;
 mod obj;
 mod round_trip;
 mod scene_file;

@@ -54,6 +54,7 @@ fn awkward() -> Scene {
         emission: [1234.5678, 0.0, 1e-7],
         specular: [0.3, 0.2, 0.1],
         phong_exponent: 12.3,
+        ..Material::default()
     };
     let mesh = |material, offset: f32| Mesh {
         name: format!("mesh {material}\nnext line"),
@@ -62,6 +63,7 @@ fn awkward() -> Scene {
         uvs: vec![[0.0, 1.0], [0.1, 0.3], [-7.25, 1e-9]],
         indices: vec![0, 1, 2, 2, 1, 0],
         material,
+        ..Mesh::default()
     };
     Scene {
         meshes: (0..4).map(|i| mesh(i, i as f32)).collect(),

@@ -261,16 +261,10 @@ fn a_bad_model_is_refused_with_its_own_file_and_line() {
 
 #[test]
 fn what_is_not_there_yet_is_refused_in_a_sentence() {
-    for (toml, line, key) in [
-        (format!("{MODEL}moves = []\n"), 3, "`model.moves`"),
-        (format!("{MODEL}receive_only = true\n"), 3, "`model.receive_only`"),
-        (format!("{MODEL}[environment]\nradiance = [1, 1, 1]\n"), 3, "`environment`"),
-    ] {
-        assert_says(
-            &refused(&toml),
-            &[&format!("dir/s.toml:{line}:"), key, "not supported in this version", "remove it"],
-        );
-    }
+    assert_says(
+        &refused(&format!("{MODEL}[environment]\nradiance = [1, 1, 1]\n")),
+        &["dir/s.toml:3:", "`environment`", "not supported in this version", "remove it"],
+    );
 }
 
 #[test]

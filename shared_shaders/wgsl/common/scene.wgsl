@@ -8,7 +8,16 @@ struct Vertex {
     uv: vec2f,
     // Octahedral, two signed 16-bit numbers.
     normal: u32,
-    unused: u32,
+    // What moves it: an index into `objects`, 0 for what stands still. Position and normal are those at rest.
+    object: u32,
+}
+
+/// What moves, in this frame. The first one is the world at rest.
+struct Object {
+    // World at rest to world in this frame.
+    to_world: mat4x4f,
+    // View space of this frame to view space of the frame before, for points that move along.
+    view_to_previous: mat4x4f,
 }
 
 struct Material {
@@ -45,6 +54,15 @@ const LIGHT_POINT: u32 = 1u;
 const LIGHT_SPOT: u32 = 2u;
 
 const NO_TEXTURE: u32 = 0xffffffffu;
+
+/// Directions of surface normals under a transform: its cofactors, which are the inverse transpose but for
+/// a factor, and need no division.
+fn transform_normal(matrix: mat4x4f, normal: vec3f) -> vec3f {
+    let a = matrix[0].xyz;
+    let b = matrix[1].xyz;
+    let c = matrix[2].xyz;
+    return cross(b, c) * normal.x + cross(c, a) * normal.y + cross(a, b) * normal.z;
+}
 
 fn vertex_normal(vertex: Vertex) -> vec3f {
     return octahedral_decode(unpack2x16snorm(vertex.normal));

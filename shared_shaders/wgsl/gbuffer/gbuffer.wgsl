@@ -1,13 +1,16 @@
-// variants: alpha_tested, textured, material_id
-// What the camera sees: depth, normal, albedo and, where a later pass looks materials up, which one.
+// variants: alpha_tested, textured, material_id, moving, object_id
+// What the camera sees: depth, normal, albedo and, where a later pass looks them up, which material and
+// which moving object.
 import package::common::view::{View, project};
 import package::common::scene::{Vertex, Material, vertex_normal, NO_TEXTURE};
+@if(moving) import package::common::scene::{Object, transform_normal};
 @if(alpha_tested || textured) import package::common::texture_pool::{texture_footprint, filter_footprint};
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> materials: array<Material>;
 @if(alpha_tested || textured) @group(0) @binding(3) var<storage, read> texels: array<u32>;
+@if(moving) @group(0) @binding(4) var<storage, read> objects: array<Object>;
 
 struct Varyings {
     @builtin(position) clip: vec4f,
@@ -15,6 +18,7 @@ struct Varyings {
     @location(1) normal: vec3f,
     @location(2) uv: vec2f,
     @location(3) @interpolate(flat, either) material: u32,
+    @if(object_id) @location(4) @interpolate(flat, either) object: u32,
 }
 
 struct Targets {
@@ -22,15 +26,29 @@ struct Targets {
     @location(1) normal: vec4f,
     @location(2) albedo: vec4f,
     @if(material_id) @location(3) material: u32,
+    @if(object_id && material_id) @location(4) object: u32,
+    @if(object_id && !material_id) @location(3) object: u32,
 }
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
     let source = vertices[index];
-    let position = (view.world_to_view * vec4f(source.position, 1.0)).xyz;
-    let normal = (view.world_to_view * vec4f(vertex_normal(source), 0.0)).xyz;
+    var world = vec4f(source.position, 1.0);
+    var world_normal = vertex_normal(source);
+    @if(moving) {
+        let to_world = objects[source.object].to_world;
+        world = to_world * world;
+        world_normal = normalize(transform_normal(to_world, world_normal));
+    }
+    let position = (view.world_to_view * world).xyz;
+    let normal = (view.world_to_view * vec4f(world_normal, 0.0)).xyz;
     let clip = project(position, view.tan_half_fov, view.near);
-    return Varyings(clip, position, normal, source.uv, source.material);
+    @if(object_id) {
+        return Varyings(clip, position, normal, source.uv, source.material, source.object);
+    }
+    @if(!object_id) {
+        return Varyings(clip, position, normal, source.uv, source.material);
+    }
 }
 
 @if(alpha_tested || textured)
@@ -64,6 +82,9 @@ fn fragment(in: Varyings) -> Targets {
     targets.albedo = vec4f(albedo, 1.0);
     @if(material_id) {
         targets.material = in.material;
+    }
+    @if(object_id) {
+        targets.object = in.object;
     }
     return targets;
 }

@@ -1,9 +1,10 @@
-// variants: alpha_tested
+// variants: alpha_tested, moving
 // The finest voxel grid, in one pass over the scene's triangles, hidden ones included (Soler & Hoel 2010, section 4).
 // Surfaces set the slices that they cross. The skins of solid matter flip every slice nearer than themselves instead,
 // so that what lies between a front and a back face stays set, also where the near plane cuts it open.
 import package::common::view::View;
 import package::common::scene::{Vertex, Material, NO_TEXTURE};
+@if(moving) import package::common::scene::Object;
 import package::common::voxels::{WORDS, SLICES, slices_of_range, slice_of_depth, slice_mask};
 @if(alpha_tested) import package::common::texture_pool::{texture_footprint, filter_footprint};
 
@@ -21,6 +22,7 @@ struct Params {
 @group(0) @binding(5) var<storage, read_write> columns: array<atomic<u32>>;
 @if(alpha_tested) @group(0) @binding(6) var<storage, read> materials: array<Material>;
 @if(alpha_tested) @group(0) @binding(7) var<storage, read> texels: array<u32>;
+@if(moving) @group(0) @binding(8) var<storage, read> objects: array<Object>;
 
 // Whether the meshes are skins of solid matter.
 override SOLID: bool = false;
@@ -35,7 +37,12 @@ struct Varyings {
 }
 
 fn view_space(index: u32) -> vec3f {
-    return (view.world_to_view * vec4f(vertices[indices[index]].position, 1.0)).xyz;
+    let source = vertices[indices[index]];
+    var world = vec4f(source.position, 1.0);
+    @if(moving) {
+        world = objects[source.object].to_world * world;
+    }
+    return (view.world_to_view * world).xyz;
 }
 
 @vertex

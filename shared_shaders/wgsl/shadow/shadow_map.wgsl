@@ -1,6 +1,7 @@
-// variants: alpha_tested
+// variants: alpha_tested, moving
 // Depth as one light (or one of the six faces around it) sees it.
 import package::common::scene::{Vertex, Material, NO_TEXTURE};
+@if(moving) import package::common::scene::Object;
 @if(alpha_tested) import package::common::texture_pool::{texture_footprint, filter_footprint};
 
 struct Params {
@@ -11,6 +12,7 @@ struct Params {
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @if(alpha_tested) @group(0) @binding(2) var<storage, read> materials: array<Material>;
 @if(alpha_tested) @group(0) @binding(3) var<storage, read> texels: array<u32>;
+@if(moving) @group(0) @binding(4) var<storage, read> objects: array<Object>;
 
 struct Varyings {
     @builtin(position) clip: vec4f,
@@ -22,7 +24,11 @@ struct Varyings {
 fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
     let source = vertices[index];
     var out: Varyings;
-    out.clip = params.world_to_clip * vec4f(source.position, 1.0);
+    var world = vec4f(source.position, 1.0);
+    @if(moving) {
+        world = objects[source.object].to_world * world;
+    }
+    out.clip = params.world_to_clip * world;
     @if(alpha_tested) {
         out.uv = source.uv;
         out.material = source.material;

@@ -107,6 +107,7 @@ fn plan_columns(
     let target = plan.texture("voxel_target", level.size, Gpu::DEPTH_FORMAT, "gives the pass its size");
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
     let indices = plan.scene_buffer("scene.indices", "the scene's triangles");
+    let objects = scene.moving.then(|| plan.scene_buffer("scene.objects", "objects move"));
     let mut first = true;
     for &(meshes, solid) in meshes.iter().filter(|(meshes, _)| wanted(*meshes)) {
         let (name, reason) = match solid {
@@ -119,7 +120,11 @@ fn plan_columns(
             ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"))
         });
         let mut pass = plan
-            .pass(Part::Technique, name, variant("hierarchical/voxelize", &[("alpha_tested", alpha_tested)]))
+            .pass(
+                Part::Technique,
+                name,
+                variant("hierarchical/voxelize", &[("alpha_tested", alpha_tested), ("moving", scene.moving)]),
+            )
             .constants(&[("SOLID", f64::from(u8::from(solid)))])
             .param("grid", level.size.map(|v| v as f32))
             .param("scale", level.scale as f32)
@@ -133,6 +138,9 @@ fn plan_columns(
         }
         if let Some([materials, texels]) = cut_outs {
             pass = pass.bind("materials", materials).bind("texels", texels);
+        }
+        if let Some(objects) = objects {
+            pass = pass.bind("objects", objects);
         }
         pass.voxelize(target, meshes);
         first = false;

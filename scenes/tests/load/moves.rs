@@ -1,0 +1,119 @@
+//! What moves in a scene file, good and bad, and back to a file.
+
+use std::path::Path;
+
+use halflight_scenes::{CameraKeyframe, Keyframe, MemoryFiles, Motion, Scene, SceneNeeds, load_scene, write_scene};
+
+use crate::{TRIANGLE, assert_says, corners, load, refusal};
+
+const CAMERA: &str = "[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n";
+const MODEL: &str = "[[model]]\npath = \"m.obj\"\n";
+const SUN: &str = "[[light]]\nkind = \"directional\"\ndirection = [0, -1, 0]\nirradiance = [1, 1, 1]\n";
+const POINT: &str = "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\nintensity = [1, 1, 1]\n";
+
+fn scene(toml: &str) -> Scene {
+    load(&[("s.toml", toml.as_bytes()), ("m.obj", TRIANGLE.as_bytes())], "s.toml")
+}
+
+/// A still model, one that moves, one that only receives, a path of the camera with a cut, two lights that move.
+fn moving() -> Scene {
+    scene(&format!(
+        "{MODEL}{MODEL}transform = {{ translate = [1, 2, 3], scale = 2 }}\n\
+         moves = [{{ frame = 0 }}, {{ frame = 60, translate = [0.5, 0, 0], rotate_degrees = [0, 90, 0], scale = 1.5 }}]\n\
+         {MODEL}receive_only = true\npivot = [0.1, 0, 0]\nmoves = [{{ frame = 3, scale = [1, 2, 3] }}]\n\
+         {CAMERA}vertical_fov_degrees = 33.3\nmoves = [{{ frame = 0, eye = [0, 0, 5], target = [0, 0, 0] }}, \
+         {{ frame = 9, eye = [1e-3, 0, 4], target = [0, 0.1, 0], cut = true }}]\n\
+         {SUN}moves = [{{ frame = 0 }}, {{ frame = 10, rotate_degrees = [10, 0, 0] }}]\n{SUN}{POINT}\
+         [[light.moves]]\nframe = 5\ntranslate = [0, 0, 1]\n"
+    ))
+}
+
+#[test]
+fn moves_are_read() {
+    let scene = moving();
+    let objects = scene.meshes.iter().map(|mesh| mesh.object).collect::<Vec<_>>();
+    assert_eq!(objects, [None, Some(0), Some(1)]);
+    let rest = Keyframe::default();
+    let last = Keyframe { frame: 60, translate: [0.5, 0.0, 0.0], rotate_degrees: [0.0, 90.0, 0.0], scale: [1.5; 3] };
+    // Turning is about the place of the model's origin unless a pivot is given.
+    assert_eq!(scene.moves.objects[0], Motion { pivot: [1.0, 2.0, 3.0], keyframes: vec![rest, last] });
+    let third = Keyframe { frame: 3, scale: [1.0, 2.0, 3.0], ..rest };
+    assert_eq!(scene.moves.objects[1], Motion { pivot: [0.1, 0.0, 0.0], keyframes: vec![third] });
+    let receive_only = scene.meshes.iter().map(|mesh| scene.materials[mesh.material].receive_only).collect::<Vec<_>>();
+    assert_eq!(receive_only, [false, false, true]);
+    let cut = CameraKeyframe { frame: 9, eye: [1e-3, 0.0, 4.0], target: [0.0, 0.1, 0.0], cut: true };
+    assert_eq!(scene.moves.camera[1], cut);
+    assert_eq!(scene.moves.lights.iter().map(|(light, _)| *light).collect::<Vec<_>>(), [0, 2]);
+    let needs = SceneNeeds::of(&scene);
+    assert!(needs.moving_objects == 2 && needs.moving_lights && needs.receive_only, "{needs:?}");
+}
+
+#[test]
+fn a_scene_without_moves_needs_nothing_of_them() {
+    let still = scene(&format!("{MODEL}receive_only = false\n{CAMERA}{SUN}"));
+    assert!(still.moves.is_empty());
+    assert_eq!((still.moves.last_frame(), still.posed(7)), (0, still.clone()));
+    let needs = SceneNeeds::of(&still);
+    assert!(needs.moving_objects == 0 && !needs.moving_lights && !needs.receive_only, "{needs:?}");
+}
+
+#[test]
+fn what_is_written_reads_back() {
+    for scene in [moving(), scene(&format!("name = \"a \\\"b\\\" é\"\n{MODEL}{CAMERA}{SUN}"))] {
+        let files: MemoryFiles = write_scene(&scene, "out").expect("a good scene").into_iter().collect();
+        let read = load_scene(&files, Path::new("out.toml")).expect("what was written is good");
+        assert_eq!(read.warnings, [""; 0]);
+        assert_eq!((read.name.clone(), &read.moves), (scene.name.clone(), &scene.moves));
+        assert_eq!((read.camera, &read.lights), (scene.camera, &scene.lights));
+        let of = |scene: &Scene| {
+            let mesh = |mesh: &halflight_scenes::Mesh| {
+                let material = &scene.materials[mesh.material];
+                (mesh.object, material.receive_only, material.albedo)
+            };
+            scene.meshes.iter().map(mesh).collect::<Vec<_>>()
+        };
+        assert_eq!(of(&read), of(&scene));
+        let positions = |scene: &Scene| corners(scene).into_iter().map(|(_, corner)| corner.0).collect::<Vec<_>>();
+        assert_eq!(positions(&read), positions(&scene));
+    }
+    // A scene without any light stays dark.
+    let dark = Scene { lights: vec![], ..moving() };
+    let dark = Scene { moves: halflight_scenes::Moves { lights: vec![], ..dark.moves.clone() }, ..dark };
+    let files: MemoryFiles = write_scene(&dark, "out").expect("a good scene").into_iter().collect();
+    assert!(load_scene(&files, Path::new("out.toml")).expect("it reads").lights.is_empty());
+}
+
+#[test]
+fn bad_moves_are_refused_with_line_key_and_mend() {
+    for (toml, line, parts) in [
+        (format!("{MODEL}moves = []\n"), 3, ["`model.moves` is empty", "{ frame = 0 }"]),
+        (format!("{MODEL}moves = 3\n"), 3, ["`model.moves` is 3", "array of tables"]),
+        (format!("{MODEL}moves = [{{ translate = [0, 0, 0] }}]\n"), 3, ["`moves.frame` is missing", "frame = 0"]),
+        (format!("{MODEL}moves = [{{ frame = 1.5 }}]\n"), 3, ["`moves.frame` is 1.5", "whole number"]),
+        (format!("{MODEL}moves = [{{ frame = 2 }}, {{ frame = 2 }}]\n"), 3, ["`moves.frame` is 2", "ascending"]),
+        (format!("{MODEL}moves = [{{ frame = 2, translte = [0, 0, 0] }}]\n"), 3, ["`moves.translte`", "`translate`?"]),
+        (format!("{MODEL}moves = [{{ frame = 2, scale = -1 }}]\n"), 3, ["`moves.scale`", "above 0"]),
+        (format!("{MODEL}pivot = [0, 0, 0]\n"), 3, ["`model.pivot`", "needs `moves`"]),
+        (format!("{MODEL}recieve_only = true\n"), 3, ["`model.recieve_only`", "did you mean `receive_only`?"]),
+        (format!("{MODEL}receive_only = 1\n"), 3, ["`model.receive_only` is 1", "`true` or `false`"]),
+        (
+            format!("{SUN}moves = [{{ frame = 0, translate = [1, 0, 0] }}]\n"),
+            5,
+            ["`moves.translate`", "`rotate_degrees`"],
+        ),
+        (format!("{POINT}moves = [{{ frame = 0, scale = 2 }}]\n"), 5, ["`moves.scale`", "`translate`"]),
+        (
+            format!("{CAMERA}moves = [{{ frame = 0, eye = [0, 0, 0] }}]\n"),
+            4,
+            ["`moves.target` is missing", "target = ["],
+        ),
+        (
+            format!("{CAMERA}moves = [{{ frame = 0, eye = [0, 0, 0], target = [0, 0, 0] }}]\n"),
+            4,
+            ["`moves.target`", "another point"],
+        ),
+    ] {
+        let sentence = refusal(&[("s.toml", toml.as_bytes()), ("m.obj", TRIANGLE.as_bytes())], "s.toml");
+        assert_says(&sentence, &[&format!("s.toml:{line}:"), parts[0], parts[1]]);
+    }
+}

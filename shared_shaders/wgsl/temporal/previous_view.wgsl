@@ -1,0 +1,16 @@
+// The frame before, as a pass sees it that reuses what that frame left.
+
+struct PreviousView {
+    // View space of this frame to view space of the frame before, for points that stand still.
+    view_to_previous: mat4x4f,
+    tan_half_fov: vec2f,
+    // Whether the frame before may be used at all: 0 in the first frame and after a cut.
+    valid: u32,
+    // Frames since anything changed: camera, scene, light or settings.
+    still_frames: u32,
+}
+
+/// Where a point of view space stands on the screen, in full-resolution pixels.
+fn pixel_of(position: vec3f, tan_half_fov: vec2f, display_size: vec2f) -> vec2f {
+    return (position.xy / (-position.z * tan_half_fov) * vec2f(0.5, -0.5) + 0.5) * display_size;
+}

@@ -1,0 +1,149 @@
+// variants: moving, float16
+// Temporal filter (Soler & Hoel 2010, Equation 6) with the filtered image as history:
+//
+//     F_i = a W(F_{i-1}) + (1 - a) I_i
+//
+// W follows the camera and, with `moving`, each object to where the surface was. What was there counts only where
+// depth and normal say that it was this surface. A pixel that remembers n frames takes at most a = 1 - 1 / (n + 1),
+// so that a newly seen surface starts an average of its own and converges at once. (The paper prints I_{i-1} for
+// the history; that would average two frames and no more.)
+import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
+@if(float16) import package::common::math::LARGEST_FLOAT16;
+@if(moving) import package::common::scene::{Object, transform_normal};
+@if(!moving) import package::common::scene::transform_normal;
+import package::temporal::history::{History, MOST_FRAMES, pack_history, unpack_history};
+import package::temporal::previous_view::{PreviousView, pixel_of};
+
+struct Params {
+    // The parameter a: share of the history, 0..1.
+    a: f32,
+    // From this many still frames on, what came before them weighs so little that a still pixel may average
+    // without end.
+    settle_frames: u32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var<uniform> previous: PreviousView;
+@group(0) @binding(3) var depth: texture_2d<f32>;
+@group(0) @binding(4) var normal: texture_2d<f32>;
+@group(0) @binding(5) var indirect: texture_2d<f32>;
+@group(0) @binding(6) var history_before: texture_2d<u32>;
+@group(0) @binding(7) var history: texture_storage_2d<rgba32uint, write>;
+@if(!float16) @group(0) @binding(8) var filtered: texture_storage_2d<rgba32float, write>;
+@if(float16) @group(0) @binding(8) var filtered: texture_storage_2d<rgba16float, write>;
+@if(moving) @group(0) @binding(9) var object: texture_2d<u32>;
+@if(moving) @group(0) @binding(10) var<storage, read> objects: array<Object>;
+
+/// A tap is another surface where it lies farther than this from the tangent plane, in widths of a pixel:
+/// shading normals tilt planes, and one pixel to the side a plane of 10 degrees off, seen at 80, is one pixel away.
+const PLANE_TOLERANCE: f32 = 2.0;
+/// ... or where the normals differ by more than 25 degrees.
+const NORMAL_TOLERANCE: f32 = 0.906;
+/// Light that has moved over this share of the picture's height says nothing any more: screen-space light
+/// depends on the place on the screen, and every frame on the way blurs it once.
+const REACH: f32 = 0.1;
+/// Taps of less weight than this agree on nothing.
+const MIN_WEIGHT: f32 = 0.01;
+
+struct Remembered {
+    light: vec3f,
+    frames: f32,
+    weight: f32,
+}
+
+/// A surface where the frame before had it.
+struct Surface {
+    position: vec3f,
+    normal: vec3f,
+    object: u32,
+}
+
+fn add(sum: Remembered, surface: Surface, tap: vec2i, weight: f32) -> Remembered {
+    let size = vec2i(view.display_size);
+    if weight <= 0.0 || any(tap < vec2i(0)) || any(tap >= size) {
+        return sum;
+    }
+    let before = unpack_history(textureLoad(history_before, tap, 0));
+    if before.depth <= SKY_DEPTH || before.object != (surface.object & 15u) {
+        return sum;
+    }
+    let uv = uv_of_texel(vec2u(tap), 1.0, view.display_size);
+    let position = view_position(uv, before.depth, previous.tan_half_fov);
+    let pixel_width = 2.0 * previous.tan_half_fov.y / view.display_size.y * before.depth;
+    let distance = abs(dot(surface.normal, position - surface.position));
+    if distance > PLANE_TOLERANCE * pixel_width || dot(surface.normal, before.normal) < NORMAL_TOLERANCE {
+        return sum;
+    }
+    return Remembered(
+        sum.light + weight * before.light,
+        sum.frames + weight * f32(before.frames),
+        sum.weight + weight,
+    );
+}
+
+/// What the frame before knew of a surface that stood at pixel `at` of it.
+fn remember(surface: Surface, at: vec2f) -> Remembered {
+    let corner = floor(at - 0.5);
+    let f = at - 0.5 - corner;
+    let tap = vec2i(corner);
+    var sum = Remembered(vec3f(0.0), 0.0, 0.0);
+    sum = add(sum, surface, tap, (1.0 - f.x) * (1.0 - f.y));
+    sum = add(sum, surface, tap + vec2i(1, 0), f.x * (1.0 - f.y));
+    sum = add(sum, surface, tap + vec2i(0, 1), (1.0 - f.x) * f.y);
+    sum = add(sum, surface, tap + vec2i(1, 1), f.x * f.y);
+    return sum;
+}
+
+@compute @workgroup_size(8, 8)
+fn temporal(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(filtered)) {
+        return;
+    }
+    let d = textureLoad(depth, id.xy, 0).x;
+    if d <= SKY_DEPTH {
+        textureStore(history, id.xy, vec4u(0u));
+        textureStore(filtered, id.xy, vec4f(0.0, 0.0, 0.0, 1.0));
+        return;
+    }
+    let n = textureLoad(normal, id.xy, 0).xyz;
+    let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
+    var light = textureLoad(indirect, id.xy, 0).rgb;
+    var own_object = 0u;
+    var to_previous = previous.view_to_previous;
+    @if(moving) {
+        own_object = textureLoad(object, id.xy, 0).x;
+        to_previous = objects[own_object].view_to_previous;
+    }
+    let position_before = (to_previous * vec4f(position, 1.0)).xyz;
+    var cap = params.a;
+    var frames = 0u;
+    if previous.valid != 0u && position_before.z < 0.0 {
+        // The way on the screen, added to the pixel's own centre: where nothing moves it is exactly zero, and
+        // the average of a still picture stays sharp.
+        let way = pixel_of(position_before, previous.tan_half_fov, view.display_size)
+            - pixel_of(position, view.tan_half_fov, view.display_size);
+        let at = vec2f(id.xy) + 0.5 + way;
+        // A surface far off the screen may be anywhere: its place need not fit an integer.
+        if all(abs(at - 0.5 * view.display_size) < view.display_size) {
+            let surface = Surface(position_before, normalize(transform_normal(to_previous, n)), own_object);
+            let before = remember(surface, at);
+            cap = min(cap, max(1.0 - length(way) / (REACH * view.display_size.y), 0.0));
+            if previous.still_frames >= params.settle_frames {
+                cap = 1.0;
+            }
+            if before.weight > MIN_WEIGHT {
+                frames = u32(before.frames / before.weight + 0.01);
+                let a = min(cap, 1.0 - 1.0 / f32(frames + 1u));
+                light = mix(light, before.light / before.weight, a);
+            }
+        }
+    }
+    // An average with weight a equals one of (1 + a) / (1 - a) frames, as far as noise goes.
+    let most = u32(min((1.0 + cap) / max(1.0 - cap, 1e-4), f32(MOST_FRAMES)));
+    @if(float16) {
+        light = min(light, vec3f(LARGEST_FLOAT16));
+    }
+    textureStore(history, id.xy, pack_history(History(d, n, own_object, light, min(frames + 1u, most))));
+    textureStore(filtered, id.xy, vec4f(light, 1.0));
+}

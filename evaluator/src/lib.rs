@@ -14,6 +14,7 @@ pub mod run;
 mod serial;
 pub mod session;
 pub mod statistics;
+pub mod temporal;
 pub mod truth;
 
 pub use error::Error;

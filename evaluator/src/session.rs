@@ -131,7 +131,8 @@ impl<'a> Session<'a> {
         let gpu = &self.native.gpu;
         let largest = gpu.device.limits().max_texture_dimension_2d;
         for resource in &plan.resources {
-            if let ResourceKind::Texture { size: [w, h], .. } | ResourceKind::Previous { size: [w, h], .. } = resource.kind
+            if let ResourceKind::Texture { size: [w, h], .. } | ResourceKind::Previous { size: [w, h], .. } =
+                resource.kind
                 && [w, h].iter().any(|&v| v > largest || v == 0)
             {
                 return Err(Error::BadInput(format!(

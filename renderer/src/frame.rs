@@ -259,9 +259,10 @@ fn plan_gbuffer(
         let reasons: Vec<_> = reasons.into_iter().filter(|(holds, _)| *holds).map(|(_, reason)| reason).collect();
         plan.texture("material", size, Format::R32Uint, reasons.join("; "))
     });
-    let object = scene.objects.filter(|_| follows).map(|_| {
-        plan.texture("object", size, Format::R32Uint, "objects move, and the temporal filter follows them")
-    });
+    let object = scene
+        .objects
+        .filter(|_| follows)
+        .map(|_| plan.texture("object", size, Format::R32Uint, "objects move, and the temporal filter follows them"));
     let depth_test = plan.texture("depth_test", size, crate::Gpu::DEPTH_FORMAT, "hidden surfaces");
     let shader = variant(
         "gbuffer/gbuffer",

@@ -117,9 +117,7 @@ impl Recording {
                 ResourceKind::Texture { size, layers, format } => {
                     Some(make_texture(gpu, &resource.name, size, layers, format))
                 }
-                ResourceKind::Previous { size, format, .. } => {
-                    Some(make_texture(gpu, &resource.name, size, 1, format))
-                }
+                ResourceKind::Previous { size, format, .. } => Some(make_texture(gpu, &resource.name, size, 1, format)),
                 ResourceKind::External => externals.textures.get(resource.name.as_str()).cloned(),
                 ResourceKind::Data { .. } => None,
             })
@@ -152,8 +150,7 @@ impl Recording {
                 _ => data.clone(),
             })
             .collect();
-        let block =
-            |name| plan.passes.iter().flat_map(|pass| bindings(pass)).find(|b| b.name == name).map(|b| &b.kind);
+        let block = |name| plan.passes.iter().flat_map(|pass| bindings(pass)).find(|b| b.name == name).map(|b| &b.kind);
         let uniform = |label, size| {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
@@ -426,9 +423,8 @@ fn in_turn(plan: &FramePlan, id: ResourceId, turn: usize) -> ResourceId {
     if let ResourceKind::Previous { of, .. } = plan.resources[id.0].kind {
         return of;
     }
-    let before = |resource: &crate::plan::Resource| {
-        matches!(resource.kind, ResourceKind::Previous { of, .. } if of == id)
-    };
+    let before =
+        |resource: &crate::plan::Resource| matches!(resource.kind, ResourceKind::Previous { of, .. } if of == id);
     plan.resources.iter().position(before).map_or(id, ResourceId)
 }
 

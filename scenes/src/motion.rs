@@ -142,19 +142,15 @@ fn moved_light(light: Light, key: &Keyframe) -> Light {
     match light {
         Light::Directional { direction, irradiance } => Light::Directional { direction: turn(direction), irradiance },
         Light::Point { position, intensity } => Light::Point { position: place(position), intensity },
-        Light::Spot {
-            position,
-            direction,
-            intensity,
-            half_angle_degrees,
-            full_intensity_half_angle_degrees,
-        } => Light::Spot {
-            position: place(position),
-            direction: turn(direction),
-            intensity,
-            half_angle_degrees,
-            full_intensity_half_angle_degrees,
-        },
+        Light::Spot { position, direction, intensity, half_angle_degrees, full_intensity_half_angle_degrees } => {
+            Light::Spot {
+                position: place(position),
+                direction: turn(direction),
+                intensity,
+                half_angle_degrees,
+                full_intensity_half_angle_degrees,
+            }
+        }
     }
 }
 

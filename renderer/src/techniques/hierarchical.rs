@@ -330,6 +330,7 @@ fn plan_gather(plan: &mut FramePlan, parameters: &Hierarchical, k: u32, level: &
     );
     plan.pass(Part::Technique, format!("gather_{k}"), "hierarchical/gather")
         .constants(&parameters.constants())
+        .constants(&[("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0)))])
         .param("scale", level.scale as f32)
         .param("inner_square", inner * inner)
         .param("outer_square", outer * outer)

@@ -49,9 +49,13 @@ fn builds_are_the_same_bit_for_bit() {
 
 #[test]
 fn triangle_counts() {
-    for (name, range) in
-        [("atrium", 100_000..300_000), ("bars", 1_000..5_000), ("cornell", 30..31), ("furnace", 100..1_000), ("motion", 24..25)]
-    {
+    for (name, range) in [
+        ("atrium", 100_000..300_000),
+        ("bars", 1_000..5_000),
+        ("cornell", 30..31),
+        ("furnace", 100..1_000),
+        ("motion", 24..25),
+    ] {
         let triangles = count(&geometry(name).unwrap());
         assert!(range.contains(&triangles), "{name}: {triangles} triangles");
     }

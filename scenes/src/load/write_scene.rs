@@ -54,7 +54,8 @@ pub fn write_scene(scene: &Scene, name: &str) -> Result<Vec<(String, Vec<u8>)>, 
         toml += "moves = [\n";
         for key in &scene.moves.camera {
             let cut = if key.cut { ", cut = true" } else { "" };
-            let _ = writeln!(toml, "    {{ frame = {}, eye = {:?}, target = {:?}{cut} }},", key.frame, key.eye, key.target);
+            let _ =
+                writeln!(toml, "    {{ frame = {}, eye = {:?}, target = {:?}{cut} }},", key.frame, key.eye, key.target);
         }
         toml += "]\n";
     }

@@ -96,9 +96,17 @@ fn bad_moves_are_refused_with_line_key_and_mend() {
         (format!("{MODEL}pivot = [0, 0, 0]\n"), 3, ["`model.pivot`", "needs `moves`"]),
         (format!("{MODEL}recieve_only = true\n"), 3, ["`model.recieve_only`", "did you mean `receive_only`?"]),
         (format!("{MODEL}receive_only = 1\n"), 3, ["`model.receive_only` is 1", "`true` or `false`"]),
-        (format!("{SUN}moves = [{{ frame = 0, translate = [1, 0, 0] }}]\n"), 5, ["`moves.translate`", "`rotate_degrees`"]),
+        (
+            format!("{SUN}moves = [{{ frame = 0, translate = [1, 0, 0] }}]\n"),
+            5,
+            ["`moves.translate`", "`rotate_degrees`"],
+        ),
         (format!("{POINT}moves = [{{ frame = 0, scale = 2 }}]\n"), 5, ["`moves.scale`", "`translate`"]),
-        (format!("{CAMERA}moves = [{{ frame = 0, eye = [0, 0, 0] }}]\n"), 4, ["`moves.target` is missing", "target = ["]),
+        (
+            format!("{CAMERA}moves = [{{ frame = 0, eye = [0, 0, 0] }}]\n"),
+            4,
+            ["`moves.target` is missing", "target = ["],
+        ),
         (
             format!("{CAMERA}moves = [{{ frame = 0, eye = [0, 0, 0], target = [0, 0, 0] }}]\n"),
             4,

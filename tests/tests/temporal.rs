@@ -435,6 +435,45 @@ fn no_texture_holds_nan_whatever_moves() {
 }
 
 #[test]
+fn brightness_and_units_scale_exactly_over_frames() {
+    // A camera that steps aside, and the court as one moving object.
+    let plain = {
+        let mut scene = restless();
+        let key = |frame, x| CameraKeyframe { frame, eye: [x, 1.4, 4.0], target: [0.0, 0.8, 0.0], cut: false };
+        scene.moves.camera = vec![key(0, 0.0), key(20, 0.5)];
+        scene.meshes[2].object = Some(0);
+        scene
+    };
+    let run = |scene: &Scene| {
+        let session = Session::new(device(), scene);
+        let mut run = frames(&session, &request("hierarchical", &filtered("0.9"), [48, 27]));
+        lights(&mut run, 6, 6).remove(0)
+    };
+    let bits =
+        |image: &[Rgb], factor: f32| -> Vec<u32> { image.iter().flatten().map(|v| (v * factor).to_bits()).collect() };
+    let image = run(&plain);
+    // Powers of two move exponents and no mantissa.
+    let mut bright = plain.clone();
+    for light in &mut bright.lights {
+        if let Light::Directional { irradiance, .. } = light {
+            *irradiance = irradiance.map(|v| v * 16.0);
+        }
+    }
+    assert!(bits(&run(&bright), 1.0) == bits(&image, 16.0), "brightness");
+    let mut large = plain;
+    let scale = |v: &mut [f32; 3]| *v = v.map(|v| v * 64.0);
+    large.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions).for_each(scale);
+    large.moves.objects.iter_mut().flat_map(|motion| &mut motion.keyframes).for_each(|key| scale(&mut key.translate));
+    scale(&mut large.camera.eye);
+    scale(&mut large.camera.target);
+    for key in &mut large.moves.camera {
+        scale(&mut key.eye);
+        scale(&mut key.target);
+    }
+    assert!(bits(&run(&large), 1.0) == bits(&image, 1.0), "units");
+}
+
+#[test]
 fn history_outlives_a_change_of_settings_but_not_of_size() {
     let scene = scenes::court();
     let gpu = &device().gpu;

@@ -15,6 +15,7 @@ pub mod run;
 mod serial;
 pub mod session;
 pub mod statistics;
+pub mod temporal;
 pub mod truth;
 
 pub use error::Error;

@@ -12,6 +12,7 @@ use serde_json::{Map, Value};
 
 use crate::metrics::{DisplayErrors, LinearErrors};
 use crate::statistics::percentile;
+use crate::temporal::Temporal;
 use crate::{Error, serial};
 
 /// One row of results.csv.
@@ -48,6 +49,9 @@ pub struct Measurement {
     /// What the image measures against truth.
     #[serde(flatten)]
     pub errors: Errors,
+    /// What happens over time, where the grid asked for it.
+    #[serde(flatten)]
+    pub temporal: Temporal,
     /// Name of the adapter.
     pub adapter: String,
     /// Name and version of its driver.

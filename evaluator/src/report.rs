@@ -156,6 +156,7 @@ struct Part<'a> {
     remark: Option<String>,
     slice: Option<slice::Slice>,
     results: tables::Table,
+    temporal: Option<tables::Table>,
     passes: Option<tables::Table>,
     published: Vec<tables::Table>,
     commands: Option<tables::Table>,
@@ -171,6 +172,7 @@ impl<'a> Part<'a> {
             remark: trade::remark_on_rel_mse(group),
             slice: slice::slice(group, folder)?,
             results: tables::results(group),
+            temporal: tables::temporal(group),
             passes: tables::passes(group),
             published: tables::published(group),
             commands: tables::commands(group),
@@ -198,11 +200,11 @@ impl<'a> Part<'a> {
 
     /// Those of tables.md: the frontier by what a viewer sees and by what the light's own error is.
     fn tables(&self) -> impl Iterator<Item = &tables::Table> {
-        let Self { slice, trades, results, passes, published, commands, .. } = self;
+        let Self { slice, trades, results, temporal, passes, published, commands, .. } = self;
         let told = |trade: &&trade::Trade| ["FLIP", "relMSE"].contains(&trade.measure.name);
         let slice = slice.iter().map(|slice| &slice.table);
         let trades = trades.iter().filter(told).map(|trade| &trade.table);
-        slice.chain(trades).chain([results]).chain(passes).chain(published).chain(commands)
+        slice.chain(trades).chain([results]).chain(temporal).chain(passes).chain(published).chain(commands)
     }
 
     /// What all rows of the group share, in a line.

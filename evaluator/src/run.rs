@@ -29,7 +29,7 @@ use crate::{
     progress::Progress,
     report::{Pictures, Report},
     session::{Frames, Request, Session, open_scene},
-    truth,
+    temporal, truth,
 };
 
 /// Frames of the scene's own passes; they are the same for all cells, so they are timed once.
@@ -203,11 +203,11 @@ struct Runner<'a> {
 impl<'a> Runner<'a> {
     /// What a finished cell must agree on to count as this one.
     fn key(&self, cell: &Cell) -> String {
-        let Grid { frames, seed, direct_from_truth, truth_samples, truth_rel_error, preset, .. } = self.grid;
+        let Grid { frames, seed, direct_from_truth, truth_samples, truth_rel_error, preset, temporal, .. } = self.grid;
         let [w, h] = self.size;
         format!(
             "{} {w}x{h} {} {} frames={frames} seed={seed} direct={direct_from_truth} truth={truth_samples},{truth_rel_error} \
-             preset={preset} adapter={} commit={COMMIT}",
+             temporal={temporal} preset={preset} adapter={} commit={COMMIT}",
             self.path.display(),
             cell.technique.name,
             settings_text(&cell.settings),
@@ -274,7 +274,7 @@ impl<'a> Runner<'a> {
 
     fn measure(&mut self, cell: &Cell, number: usize) -> Result<Measurement, Error> {
         let (grid, size, options, native) = (self.grid, self.size, self.options, self.native);
-        let (scene, path) = (self.scene, self.path);
+        let (scene, moving, path) = (self.scene, self.moving, self.path);
         let prepared = self.prepare()?;
         let session = &prepared.session;
         let direct_settings: String = cell
@@ -358,13 +358,16 @@ impl<'a> Runner<'a> {
             commit: COMMIT.into(),
             preset: grid.preset.clone(),
             seed: grid.seed.into(),
-            command: reproduce(path, cell, size, grid.seed),
+            command: reproduce(path, cell, size, grid.seed, wanted),
             images,
             ..Measurement::default()
         };
         row.frames = grid.frames;
         if let Some(technique) = &times.technique {
             row.set_time(technique);
+        }
+        if grid.temporal {
+            row.temporal = temporal::measure(native, moving, cell.technique, &cell.settings, size, grid.seed)?;
         }
         Ok(row)
     }
@@ -500,10 +503,11 @@ fn json(value: &halflight_renderer::parameters::Value) -> Value {
     serde_json::to_value(value).unwrap_or_default()
 }
 
-fn reproduce(path: &Path, cell: &Cell, [w, h]: [u32; 2], seed: u32) -> String {
+fn reproduce(path: &Path, cell: &Cell, [w, h]: [u32; 2], seed: u32, frame: u32) -> String {
     let sets: Vec<String> = cell.settings.iter().map(|(key, value)| format!("--set {key}={value}")).collect();
+    let frame = if frame > 0 { format!(" --frame {frame}") } else { String::new() };
     format!(
-        "evaluator render --scene {} --technique {} {} --size {w}x{h} --seed {seed} --out frame.exr",
+        "evaluator render --scene {} --technique {} {} --size {w}x{h} --seed {seed}{frame} --out frame.exr",
         path.display(),
         cell.technique.name,
         sets.join(" ")

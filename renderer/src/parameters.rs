@@ -173,7 +173,8 @@ impl ParameterType for f32 {
         if let Value::Float(v) = value { Some(*v as f32) } else { None }
     }
     fn to_value(&self) -> Value {
-        Value::Float(f64::from(*self))
+        // The number that people wrote, 0.9, and not the nearest float32 in 16 digits.
+        Value::Float(self.to_string().parse().unwrap_or_else(|_| f64::from(*self)))
     }
     fn to_constant(&self) -> f64 {
         f64::from(*self)

@@ -275,9 +275,10 @@ fn overrides(parameters: &[Parameter]) -> BTreeSet<&'static str> {
 
 #[test]
 fn override_parameters_and_override_constants_are_the_same() {
-    // Set by the plan itself: children of a texel, whether a level gathered, whether meshes are solid, number of lights.
+    // Set by the plan itself: children of a texel, whether a level gathered, whether meshes are solid, whether a filter
+    // averages frames, number of lights.
     let by_plan = |folder: &str| match folder {
-        "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED", "SOLID"]),
+        "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED", "SOLID", "OVER_FRAMES"]),
         "direct" => BTreeSet::from(["LIGHTS"]),
         _ => BTreeSet::new(),
     };
@@ -376,7 +377,7 @@ fn every_plan_fits_its_shaders() {
             // A constant that is not set would silently keep the shader's default.
             let constants = pass.constants.iter().map(|&(name, _)| name).collect();
             assert_eq!(sorted(constants), sorted(shader.overrides.to_vec()), "{what}: constants");
-            // The view, the uniform block and samplers are made by the recording; the plan gives the rest.
+            // The views, the uniform block and samplers are made by the recording; the plan gives the rest.
             let given = |kind: &BindingKind| !matches!(kind, BindingKind::Uniform { .. } | BindingKind::Sampler { .. });
             let wanted = bindings.iter().filter(|b| given(&b.kind)).map(|b| b.name).collect();
             let bound = pass.bindings.iter().map(|&(name, _)| name).collect();
@@ -384,7 +385,7 @@ fn every_plan_fits_its_shaders() {
             let mut fields = Vec::new();
             for binding in &bindings {
                 match (&binding.kind, binding.name) {
-                    (_, "view") => {}
+                    (_, "view" | "previous") => {}
                     (BindingKind::Uniform { members, .. }, _) => {
                         fields.extend(members.iter().map(|member| member.name))
                     }

@@ -108,7 +108,7 @@ fn section(index: usize, part: &Part) -> String {
     }
     // The widest table may use the whole window.
     html += &table(&part.results).replace("class=\"scroll\"", "class=\"scroll wide\"");
-    html += &part.published.iter().map(table).collect::<String>();
+    html += &part.temporal.iter().chain(&part.published).map(table).collect::<String>();
     if let Some(commands) = &part.commands {
         html += &format!("<details><summary>Commands that reproduce each row</summary>{}</details>", rows(commands));
     }

@@ -5,6 +5,7 @@ use super::measure::{Best, MEASURES, Measure};
 use super::published::{Claim, PublishedRow, PublishedTable, Share};
 use crate::format::number;
 use crate::measurement::{Measurement, plain};
+use crate::temporal::{AFTER, Temporal, WARM_UP, WINDOW};
 
 /// A table with units in its heads.
 #[derive(Debug)]
@@ -133,6 +134,53 @@ pub fn passes(group: &Group) -> Option<Table> {
         columns.push((head, Box::new(move |row: &Measurement| Cell::number(row.pass(&name), 3)), None));
     }
     Some(fill("Where the time goes", "Each pass, median over the frames.", columns, group))
+}
+
+/// Measures over time; None where no grid asked for them.
+pub fn temporal(group: &Group) -> Option<Table> {
+    if group.rows.iter().all(|(_, row)| row.temporal.is_empty()) {
+        return None;
+    }
+    let measure = |name: &str, unit: &str, meaning: &str, value: fn(&Temporal) -> Option<f64>| -> Filled {
+        (
+            Column::numeric(name, unit, meaning),
+            Box::new(move |row| Cell::number(value(&row.temporal), 3)),
+            Some(Best::Lowest),
+        )
+    };
+    let mut columns = configuration_columns(group);
+    columns.extend([
+        measure(
+            "still deviation",
+            "radiance",
+            "standard deviation at a pixel over frames, camera and scene still",
+            |t| t.still_std,
+        ),
+        measure(
+            "ghost half-life",
+            "frames",
+            "until half of the old light is gone after everything that moves jumped",
+            |t| t.ghost_half_life,
+        ),
+        measure(
+            "recovery",
+            "frames",
+            "until surfaces that the jump uncovered are within a quarter of their final error",
+            |t| t.recover,
+        ),
+        measure(
+            "error on the path",
+            "radiance",
+            "RMS from the average of unfiltered frames, along the scene's moves",
+            |t| t.path_rmse,
+        ),
+    ]);
+    let caption = format!(
+        "Linear albedo · indirect. Deviation over {WINDOW} frames of the still scene after {WARM_UP}; then the scene's \
+         moving parts jump to where they are last, seen for {AFTER} frames; then camera and scene move as the scene file \
+         says. A filter with weight a alone would give a half-life of ln 2 / -ln a frames."
+    );
+    Some(fill("Over time", &caption, columns, group))
 }
 
 /// Passes of all rows, in frame order: a pass that only some rows have comes after its predecessor in those rows.

@@ -389,6 +389,7 @@ fn plan_gather(
     let mut pass = plan
         .pass(Part::Technique, format!("gather_{k}"), shader)
         .constants(&parameters.constants())
+        .constants(&[("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0)))])
         .param("scale", level.scale as f32)
         .param("inner_square", inner * inner)
         .param("outer_square", outer * outer)

@@ -50,9 +50,15 @@ fn random3(pixel: vec2u, frame: u32, stream: u32, seed: u32) -> vec3f {
 
 /// Two random numbers for each pixel that are spread evenly over neighbouring pixels too: the R2
 /// lattice (Roberts 2018) from a random start. Any pixel alone is uniform over frames; together, a
-/// 3x3 filter sees them cancel where independent numbers would leave blotches.
-fn spread2(pixel: vec2u, frame: u32, stream: u32, seed: u32) -> vec2f {
-    let start = random3(vec2u(0u), frame, stream, seed);
+/// 3x3 filter sees them cancel where independent numbers would leave blotches. With `over_frames` they are spread
+/// evenly over successive frames as well, for a filter that averages those; without it, frames are independent.
+fn spread2(pixel: vec2u, frame: u32, stream: u32, seed: u32, over_frames: bool) -> vec2f {
+    var start = random3(vec2u(0u), select(frame, 0u, over_frames), stream, seed);
+    if over_frames {
+        // 1 / g and 1 / g^2 of the root g of g^4 = g + 1, in 32 bits that wrap round as `fract` does: another
+        // lattice than that of the pixels, so that no frame shows a neighbour's numbers of the one before.
+        start += vec3f(vec3u(frame * vec2u(3518319155u, 2882110345u), 0u) >> vec3u(8u)) * 5.9604644775390625e-8;
+    }
     // 1 / g and 1 / g^2 of the plastic number g; the second row is the first one turned, so that the
     // two numbers of a pixel do not move together.
     let lattice = mat2x2f(0.7548776662466927, 0.5698402909980532, 0.5698402909980532, 0.2451223337533073);

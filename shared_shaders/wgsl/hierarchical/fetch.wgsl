@@ -32,7 +32,7 @@ fn fetch(@builtin(global_invocation_id) id: vec3u) {
         textureStore(sums, id.xy, vec4f(0.0));
         return;
     }
-    let random = spread2(id.xy, view.frame, params.level, view.seed);
+    let random = spread2(id.xy, view.frame, params.level, view.seed, false);
     let centre = vec2f(id.xy) + 0.5;
     let half_extent = 0.5 * view.display_size / params.scale;
     let step = (params.outer_square - params.inner_square) / f32(SAMPLES);

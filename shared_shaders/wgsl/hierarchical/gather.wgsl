@@ -44,6 +44,8 @@ override SAMPLES: u32 = 64u;
 override POINT_TO_DISC: bool = true;
 // Successive samples that share one ray through the grid.
 @if(visibility) override SAMPLES_PER_RAY: u32 = 4u;
+// Whether a filter averages successive frames, which then share out the directions between them.
+override OVER_FRAMES: bool = false;
 
 // cos and sin of the golden angle: successive samples turn by it, which spreads any number of them
 // evenly over the circle (Vogel 1979).
@@ -163,7 +165,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     // Lengths are counted in the receiver's depth, so world units cannot leave float32's range.
     let unit = 1.0 / surfel_depth(own);
     let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov) * unit;
-    let random = spread2(id.xy, view.frame, params.level, view.seed);
+    let random = spread2(id.xy, view.frame, params.level, view.seed, OVER_FRAMES);
     let centre = vec2f(id.xy) + 0.5;
     // Half the screen, in texels.
     let half_extent = 0.5 * view.display_size / params.scale;

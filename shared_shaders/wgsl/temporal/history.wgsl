@@ -8,7 +8,7 @@
 // Light has 18 bits a channel under one exponent: a running average of 1000 frames still moves by what a
 // thousandth of a frame's noise adds, where float16 would stand still. Normal and object only tell surfaces
 // apart: 10 bits are a sixth of a degree, and of two objects one in sixteen looks like the other.
-import package::common::math::{octahedral_encode, octahedral_decode};
+import package::common::math::{octahedral_encode, octahedral_direction};
 
 /// Most frames that a pixel counts.
 const MOST_FRAMES: u32 = 1023u;
@@ -51,18 +51,30 @@ fn pack_history(history: History) -> vec4u {
     );
 }
 
-fn unpack_history(words: vec4u) -> History {
+fn history_depth(words: vec4u) -> f32 {
+    return bitcast<f32>(words.x);
+}
+
+/// The normal with a length between 0.57 and 1.
+fn history_direction(words: vec4u) -> vec3f {
+    return octahedral_direction(vec2f(unpack_coordinate(words.y), unpack_coordinate(words.y >> 10u)), 1.0);
+}
+
+fn history_object(words: vec4u) -> u32 {
+    return (words.y >> 20u) & 15u;
+}
+
+fn history_light(words: vec4u) -> vec3f {
+    // The word of a pixel without surface is 0, whose exponent is none.
     let scale = bitcast<f32>((max(words.y >> 24u, LEAST_EXPONENT) - 17u) << 23u);
     let mantissas = vec3u(
         words.z & LARGEST_MANTISSA,
         (words.z >> 18u) | ((words.w & 15u) << 14u),
         (words.w >> 4u) & LARGEST_MANTISSA,
     );
-    return History(
-        bitcast<f32>(words.x),
-        octahedral_decode(vec2f(unpack_coordinate(words.y), unpack_coordinate(words.y >> 10u))),
-        (words.y >> 20u) & 15u,
-        vec3f(mantissas) * scale,
-        words.w >> 22u,
-    );
+    return vec3f(mantissas) * scale;
+}
+
+fn history_frames(words: vec4u) -> u32 {
+    return words.w >> 22u;
 }

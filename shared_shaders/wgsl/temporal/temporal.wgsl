@@ -11,7 +11,9 @@ import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 @if(moving) import package::common::scene::{Object, transform_normal};
 @if(!moving) import package::common::scene::transform_normal;
-import package::temporal::history::{History, MOST_FRAMES, pack_history, unpack_history};
+import package::temporal::history::{
+    History, MOST_FRAMES, pack_history, history_depth, history_direction, history_frames, history_light, history_object,
+};
 import package::temporal::previous_view::{PreviousView, pixel_of};
 
 struct Params {
@@ -59,39 +61,40 @@ struct Surface {
     object: u32,
 }
 
-fn add(sum: Remembered, surface: Surface, tap: vec2i, weight: f32) -> Remembered {
-    let size = vec2i(view.display_size);
-    if weight <= 0.0 || any(tap < vec2i(0)) || any(tap >= size) {
-        return sum;
-    }
-    let before = unpack_history(textureLoad(history_before, tap, 0));
-    if before.depth <= SKY_DEPTH || before.object != (surface.object & 15u) {
-        return sum;
-    }
-    let uv = uv_of_texel(vec2u(tap), 1.0, view.display_size);
-    let position = view_position(uv, before.depth, previous.tan_half_fov);
-    let pixel_width = 2.0 * previous.tan_half_fov.y / view.display_size.y * before.depth;
+/// Whether the frame before shows this surface at a pixel.
+fn shows(words: vec4u, tap: vec2i, surface: Surface) -> bool {
+    let depth = history_depth(words);
+    let position = view_position(uv_of_texel(vec2u(tap), 1.0, view.display_size), depth, previous.tan_half_fov);
+    let pixel_width = 2.0 * previous.tan_half_fov.y / view.display_size.y * depth;
     let distance = abs(dot(surface.normal, position - surface.position));
-    if distance > PLANE_TOLERANCE * pixel_width || dot(surface.normal, before.normal) < NORMAL_TOLERANCE {
-        return sum;
-    }
-    return Remembered(
-        sum.light + weight * before.light,
-        sum.frames + weight * f32(before.frames),
-        sum.weight + weight,
-    );
+    // Squares instead of a square root: the direction is not of unit length.
+    let direction = history_direction(words);
+    let cosine = max(dot(surface.normal, direction), 0.0);
+    return depth > SKY_DEPTH && history_object(words) == (surface.object & 15u)
+        && distance <= PLANE_TOLERANCE * pixel_width
+        && cosine * cosine >= NORMAL_TOLERANCE * NORMAL_TOLERANCE * dot(direction, direction);
 }
 
 /// What the frame before knew of a surface that stood at pixel `at` of it.
 fn remember(surface: Surface, at: vec2f) -> Remembered {
     let corner = floor(at - 0.5);
     let f = at - 0.5 - corner;
-    let tap = vec2i(corner);
+    let size = vec2i(view.display_size);
+    // Where nothing moves, one texel has all the weight.
+    let taps = select(4u, 1u, all(f == vec2f(0.0)));
     var sum = Remembered(vec3f(0.0), 0.0, 0.0);
-    sum = add(sum, surface, tap, (1.0 - f.x) * (1.0 - f.y));
-    sum = add(sum, surface, tap + vec2i(1, 0), f.x * (1.0 - f.y));
-    sum = add(sum, surface, tap + vec2i(0, 1), (1.0 - f.x) * f.y);
-    sum = add(sum, surface, tap + vec2i(1, 1), f.x * f.y);
+    for (var i = 0u; i < taps; i++) {
+        let offset = vec2u(i & 1u, i >> 1u);
+        let tap = vec2i(corner) + vec2i(offset);
+        let share = select(1.0 - f, f, offset == vec2u(1u));
+        if all(tap >= vec2i(0)) && all(tap < size) {
+            let words = textureLoad(history_before, tap, 0);
+            let weight = select(0.0, share.x * share.y, shows(words, tap, surface));
+            sum.light += weight * history_light(words);
+            sum.frames += weight * f32(history_frames(words));
+            sum.weight += weight;
+        }
+    }
     return sum;
 }
 

@@ -96,9 +96,8 @@ impl Grid {
             };
             let slant = |pixel: &Pixel| end.normal.dot(pixel.position / pixel.depth).abs();
             let slice = (1.0 / self.per_octave).exp2() - 1.0;
-            let width = end.normal.x.abs() * column(0)
-                + end.normal.y.abs() * column(1)
-                + slant(end).max(slant(other)) * slice;
+            let width =
+                end.normal.x.abs() * column(0) + end.normal.y.abs() * column(1) + slant(end).max(slant(other)) * slice;
             let gain = height - width * (other.depth - end.depth);
             if gain > 0.0 { width * end.depth / gain } else { 2.0 }
         };

@@ -9,7 +9,7 @@ import package::common::surfel::{
 };
 import package::common::form_factor::{form_factor, pixel_area_factor};
 @if(visibility) import package::common::voxels::{
-    Slices, slices_of_range, slice_of_depth, slice_thickness, slice_mask, WORD_SLICES,
+    Slices, slices_of_range, slice_of_depth, slice_thickness, slice_mask, WORD_SHIFT,
 };
 @if(visibility) import package::hierarchical::march::{
     March, begin_march, slice_at, clear_of_plane, place_of_fraction,
@@ -43,7 +43,7 @@ override SAMPLES: u32 = 64u;
 // Equation 4 (true) or Equation 3 (false).
 override POINT_TO_DISC: bool = true;
 // Successive samples that share one ray through the grid.
-@if(visibility) override SAMPLES_PER_RAY: u32 = 4u;
+@if(visibility) override SAMPLES_PER_RAY: u32 = 8u;
 
 // cos and sin of the golden angle: successive samples turn by it, which spreads any number of them
 // evenly over the circle (Vogel 1979).
@@ -118,11 +118,13 @@ fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
         let slice = slice_at(march, march.at);
         let first = min(march.entry, slice);
         let last = max(march.entry, slice);
-        let word = first / WORD_SLICES;
+        let word = first >> WORD_SHIFT;
         blockers = textureLoad(voxels, march.column, word, 0).x & slice_mask(first, last, word);
-        // Rarely another word holds the rest.
-        for (var next = word + 1; next <= last / WORD_SLICES; next++) {
-            blockers |= textureLoad(voxels, march.column, next, 0).x & slice_mask(first, last, next);
+        // Rarely other words hold the rest.
+        if word != (last >> WORD_SHIFT) {
+            for (var next = word + 1; next <= (last >> WORD_SHIFT); next++) {
+                blockers |= textureLoad(voxels, march.column, next, 0).x & slice_mask(first, last, next);
+            }
         }
         march.entry = slice;
         let along_x = march.crossing.x < march.crossing.y;

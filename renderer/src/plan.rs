@@ -230,6 +230,19 @@ impl FramePlan {
         self.texture_array(name, size, 1, format, reason)
     }
 
+    /// The texture of this name, added where the plan has none yet: passes may write it anew once its readers are done.
+    pub fn texture_again(
+        &mut self,
+        name: impl Into<String>,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+        reason: impl Into<String>,
+    ) -> ResourceId {
+        let name = name.into();
+        let known = self.resources.iter().position(|resource| resource.name == name);
+        known.map_or_else(|| self.texture(name, size, format, reason), ResourceId)
+    }
+
     /// Adds an array of textures.
     pub fn texture_array(
         &mut self,

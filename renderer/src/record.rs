@@ -73,7 +73,7 @@ enum ReadyPass {
         pipeline: wgpu::RenderPipeline,
         group: Option<wgpu::BindGroup>,
         target: wgpu::TextureView,
-        vertices: Vec<Range<u32>>,
+        indices: Vec<Range<u32>>,
     },
 }
 
@@ -361,7 +361,7 @@ impl Recording {
                     pass.draw_indexed(0..*count, 0, 0..1);
                 }
             }
-            ReadyPass::Voxelize { pipeline, group, target, vertices } => {
+            ReadyPass::Voxelize { pipeline, group, target, indices } => {
                 let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                     label,
                     color_attachments: &[],
@@ -381,10 +381,13 @@ impl Recording {
                     occlusion_query_set: None,
                     multiview_mask: None,
                 });
-                pass.set_pipeline(pipeline);
-                pass.set_bind_group(0, group, &[]);
-                for range in vertices {
-                    pass.draw(range.clone(), 0..1);
+                if let Some((all, _)) = &self.indices {
+                    pass.set_pipeline(pipeline);
+                    pass.set_bind_group(0, group, &[]);
+                    pass.set_index_buffer(all.slice(..), wgpu::IndexFormat::Uint32);
+                    for range in indices {
+                        pass.draw_indexed(range.clone(), 0, 0..1);
+                    }
                 }
             }
         }
@@ -546,12 +549,12 @@ impl Maker<'_> {
                 let pipeline = self.gpu.render_pipeline(shader, &pass.constants, &[], true);
                 let group = self.group(pass, params, 0, |index| pipeline.get_bind_group_layout(index));
                 let target = self.texture(pass, *target).create_view(&Default::default());
-                let vertices = self.scene.map_or(Vec::new(), |scene| match meshes {
+                let indices = self.scene.map_or(Vec::new(), |scene| match meshes {
                     Meshes::All => std::iter::once(0..scene.index_count).collect(),
                     Meshes::Solid => scene.solid.clone(),
                     Meshes::Open => scene.open.clone(),
                 });
-                ReadyPass::Voxelize { pipeline, group, target, vertices }
+                ReadyPass::Voxelize { pipeline, group, target, indices }
             }
         }
     }

@@ -108,14 +108,31 @@ fn errors(args: &Args, session: &Session) -> Result<(), Error> {
     let deviation = lit(&bounce.standard_error);
     let noisy: Vec<Rgb> = reference.iter().zip(&deviation).map(|(t, e)| std::array::from_fn(|c| t[c] + e[c])).collect();
     let noise = linear_errors(&noisy, &reference, Some(&mask)).rel_mse;
-    println!("\n{:<12}{:<6}{:>12}{:>14}{:>14}", "visibility", "levels", "relMSE", "bias / mean", "RMSE / mean");
+    println!(
+        "\n{:<12}{:<8}{:>9}{:>13}{:>13}{:>12}{:>12}{:>12}",
+        "visibility", "levels", "relMSE", "bias / mean", "RMSE / mean", "of it dark", "middle", "bright"
+    );
     let show = |kind: &str, downsampling: &str, image: &[Rgb]| {
         let errors = linear_errors(&lit(image), &reference, Some(&mask));
+        let lit = lit(image);
+        // Which pixels the error stands on: truth under a tenth of its mean, up to the mean, above it.
+        let share = |wanted: &dyn Fn(f64) -> bool| {
+            let of = |(x, t): (&f32, &f32)| {
+                let (x, t) = (f64::from(*x), f64::from(*t));
+                if wanted(t / middle) { (x - t).powi(2) / (t * t + 0.01 * middle * middle) } else { 0.0 }
+            };
+            let shown = lit.iter().zip(&reference).zip(&mask).filter(|(_, shown)| **shown);
+            let pixels = mask.iter().filter(|shown| **shown).count();
+            shown.flat_map(|((x, t), _)| x.iter().zip(t)).map(of).sum::<f64>() / (3 * pixels) as f64
+        };
         println!(
-            "{kind:<12}{downsampling:<6}{:>12.4}{:>14.4}{:>14.4}",
+            "{kind:<12}{downsampling:<8}{:>9.3}{:>13.3}{:>13.3}{:>12.3}{:>12.3}{:>12.3}",
             errors.rel_mse,
             errors.bias / middle,
-            errors.rmse / middle
+            errors.rmse / middle,
+            share(&|t| t < 0.1),
+            share(&|t| (0.1..1.0).contains(&t)),
+            share(&|t| t >= 1.0),
         );
     };
     show("no light", "", &vec![[0.0; 3]; reference.len()]);

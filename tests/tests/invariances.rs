@@ -49,9 +49,11 @@ fn a_mirrored_scene_gives_the_mirrored_image() {
     let direct = request("none", &[], size);
     let exact = difference(&render(&scene, &direct, "direct"), &flipped(&render(&twin, &direct, "direct"), 128));
     println!("direct: {exact:.1e}");
-    for filter in ["nearest", "vote"] {
+    let of_2010 = [("visibility", "surface"), ("bounces", "2")];
+    for (filter, more) in [("nearest", &[][..]), ("vote", &[]), ("nearest", &of_2010)] {
         for start in ["full", "half", "quarter"] {
             let settings = [("start_resolution", start), ("pyramid_filter", filter), ("storage", "float32")];
+            let settings = [&settings[..], more].concat();
             let mean = |session, seed| {
                 let request =
                     halflight_evaluator::session::Request { seed, ..request("hierarchical", &settings, size) };
@@ -62,10 +64,12 @@ fn a_mirrored_scene_gives_the_mirrored_image() {
             let mirror = difference(&image, &flipped(&mean(&twin, 2), 128));
             let moved: Vec<Rgb> = image.iter().skip(1).chain(&image[..1]).copied().collect();
             let shift = difference(&image, &moved);
-            println!("{filter} {start}: mirrored {mirror:.4}, another seed {noise:.4}, one pixel aside {shift:.4}");
+            println!(
+                "{filter} {start} {more:?}: mirrored {mirror:.4}, another seed {noise:.4}, one pixel aside {shift:.4}"
+            );
             // Another seed differs by noise alone; the mirrored image may not differ by much more. The
             // last percent is the shadow map's, whose texels do not mirror.
-            assert!(mirror < 1.5 * noise + 0.01, "{filter} {start}: {mirror} against noise {noise}");
+            assert!(mirror < 1.5 * noise + 0.01, "{filter} {start} {more:?}: {mirror} against noise {noise}");
         }
     }
 }
@@ -92,6 +96,7 @@ fn brightness_scales_exactly_with_light() {
             "hierarchical",
             &[("storage", "float32"), ("disc_area", "texel"), ("pyramid_filter", "vote"), ("form_factor", "eq3")],
         ),
+        ("hierarchical", &[("storage", "float32"), ("visibility", "auto"), ("bounces", "3")]),
     ] {
         for output in ["indirect", "final"] {
             let request = request(technique, settings, [64, 36]);
@@ -126,7 +131,11 @@ fn scaled(scene: &Scene, factor: f32) -> Scene {
 fn world_units_do_not_matter() {
     let scene = bundled("cornell");
     let plain = Session::new(device(), &scene);
-    for (technique, settings) in [("hierarchical", &[("storage", "float32")][..]), ("exhaustive", &[])] {
+    for (technique, settings) in [
+        ("hierarchical", &[("storage", "float32")][..]),
+        ("hierarchical", &[("storage", "float32"), ("visibility", "auto"), ("bounces", "2")]),
+        ("exhaustive", &[]),
+    ] {
         let request = request(technique, settings, [96, 54]);
         let expected = render(&plain, &request, "indirect");
         for factor in [1e-3, 1e3, 1e6] {
@@ -146,7 +155,8 @@ fn one_seed_gives_one_image_and_another_seed_another() {
     let image = |seed| {
         // A session of its own: nothing may be left over from the run before.
         let session = Session::new(device(), &scene);
-        let request = halflight_evaluator::session::Request { seed, ..request("hierarchical", &[], [97, 53]) };
+        let settings = [("visibility", "surface"), ("bounces", "2")];
+        let request = halflight_evaluator::session::Request { seed, ..request("hierarchical", &settings, [97, 53]) };
         bits(&render(&session, &request, "final"))
     };
     let first = image(7);
@@ -158,7 +168,7 @@ fn one_seed_gives_one_image_and_another_seed_another() {
 fn frames_do_not_depend_on_those_before_them() {
     let scene = scenes::court();
     let session = Session::new(device(), &scene);
-    let request = request("hierarchical", &[], [64, 36]);
+    let request = request("hierarchical", &[("visibility", "surface"), ("bounces", "2")], [64, 36]);
     let mut frames = frames(&session, &request);
     let mut image = |frame| {
         frames.run(frame).unwrap();

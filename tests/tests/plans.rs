@@ -230,7 +230,7 @@ fn visibility_adds_voxels_and_nothing_else() {
     let grids = ["voxels_2", "voxels_4"];
     let raster = ["depth_range", "voxelize_surfaces"];
     assert_eq!(added(&passes(&off), &passes(&surface)), [&raster[..], &grids].concat());
-    let resources_added = ["depth_range", "columns", "voxel_target", "scene.indices"];
+    let resources_added = ["depth_range", "columns", "voxel_target"];
     assert_eq!(added(&resources(&off), &resources(&surface)), [&resources_added[..], &grids].concat());
     let shader = |plan: &FramePlan, name| plan.find(name).unwrap().shader.clone();
     assert_eq!(shader(&off, "gather_0"), "hierarchical/gather");
@@ -243,6 +243,40 @@ fn visibility_adds_voxels_and_nothing_else() {
     // Cut-outs are looked up where there are any.
     scene.materials[1].alpha_texture = Some(0);
     assert_eq!(shader(&plan(&scene, "surface"), "voxelize_surfaces"), "hierarchical/voxelize+alpha_tested");
+}
+
+#[test]
+fn bounces_share_the_pyramid_and_the_voxels() {
+    let scene = scenes::court();
+    let plan = |bounces, visibility_bounces| {
+        let values = [
+            ("bounces", bounces),
+            ("visibility_bounces", visibility_bounces),
+            ("levels", "2"),
+            ("start_resolution", "half"),
+            ("visibility", "surface"),
+        ];
+        plan(&scene, "hierarchical", &values, SIZE)
+    };
+    let one = plan("1", "all");
+    assert!(plan("0", "all").outputs["final"] == plan("0", "all").outputs["direct"], "no bounce, no light");
+    let three = plan("3", "all");
+    let bounce = |n: u32| {
+        ["relight_2", "relight_4", "gather_0", "gather_1", "combine_0", "sum"].map(|name| format!("{name}_bounce_{n}"))
+    };
+    let expected: Vec<String> = [vec!["albedo_of_surfels".into()], bounce(2).into(), bounce(3).into()].concat();
+    assert_eq!(added(&passes(&one), &passes(&three)), expected);
+    // Memory does not grow with further bounces.
+    assert_eq!(plan("8", "all").technique_bytes(), three.technique_bytes());
+    // Each further bounce gathers once a level: eight cost less than eight frames of one.
+    let gathers = |plan: &FramePlan| passes(plan).iter().filter(|name| name.starts_with("gather_")).count();
+    assert_eq!(gathers(&plan("8", "all")), 8 * gathers(&one));
+    assert!(plan("8", "all").passes.len() < 8 * one.passes.len());
+    let shaders = |plan: &FramePlan| {
+        ["gather_0", "gather_0_bounce_2"].map(|name| plan.find(name).unwrap().shader.ends_with("+visibility"))
+    };
+    assert_eq!(shaders(&three), [true, true]);
+    assert_eq!(shaders(&plan("3", "first")), [true, false]);
 }
 
 #[test]
@@ -343,6 +377,9 @@ fn technique_plans() -> Vec<FramePlan> {
                             ("visibility", "solid"),
                             ("visibility", "surface"),
                             ("visibility", "auto"),
+                            ("bounces", "0"),
+                            ("bounces", "2"),
+                            ("bounces", "8"),
                         ] {
                             let values = [&values[..], &[extra]].concat();
                             all.push(plan(&scene, "hierarchical", &values, size));

@@ -48,6 +48,10 @@ const SETTINGS: &[&[(&str, &str)]] = &[
     &[("radius", "16384"), ("samples", "1024"), ("disc_area", "texel")],
     &[("only_level", "3"), ("form_factor", "eq3")],
     &[("temporal_a", "0.999"), ("start_resolution", "half"), ("storage", "float32")],
+    &[("visibility", "surface"), ("samples_per_ray", "1"), ("visibility_downsampling", "and"), ("bounces", "2")],
+    &[("visibility", "solid"), ("samples_per_ray", "64"), ("start_resolution", "full"), ("levels", "8")],
+    &[("visibility", "auto"), ("radius", "16384"), ("bounces", "3"), ("visibility_bounces", "first")],
+    &[("bounces", "8"), ("start_resolution", "full"), ("levels", "1"), ("pyramid_filter", "vote")],
 ];
 
 fn scan_all(scene: &Scene, size: [u32; 2]) {

@@ -86,7 +86,7 @@ fn solid_matter_is_filled_and_surfaces_are_shells() {
         let mut frames = frames(&session, &request("hierarchical", &[("visibility", kind)], [256, 144]));
         frames.run(0).unwrap();
         let grid = Grid::read(&frames, 4);
-        // The column in the middle of the block's front: from its front face to its back face, 0.6 deep.
+        // The column in the middle of the block's front, in octaves of depth: 0.6 units from about 3.9 on are 0.2.
         let column = grid.columns[(19 * grid.size[0] + grid.size[0] / 2) as usize];
         (grid.filled(), f64::from(column.count_ones()) / grid.per_octave)
     };
@@ -94,8 +94,8 @@ fn solid_matter_is_filled_and_surfaces_are_shells() {
     println!("filled and depth of a column: auto {auto:.3?}, surfaces {surface:.3?}");
     assert!(auto.0 > surface.0, "matter inside counts");
     // The block alone is solid; floor and wall behind add their shells.
-    assert!(auto.1 > 0.55, "the block is filled: {}", auto.1);
-    assert!(surface.1 < 0.4, "shells are thin: {}", surface.1);
+    assert!(auto.1 > 0.19, "the block is filled: {}", auto.1);
+    assert!(surface.1 < 0.06, "shells are thin: {}", surface.1);
 }
 
 #[test]
@@ -134,8 +134,8 @@ fn rays_that_serve_several_samples_keep_the_mean() {
         let mut frames = frames(&session, &request("hierarchical", &values, [160, 90]));
         mean_luminance(&frames.mean_over_frames("indirect", count).unwrap().0)
     };
-    let all = mean("1", 32);
-    for rays in ["2", "4", "16", "64"] {
+    let all = mean("1", 64);
+    for rays in ["4", "16"] {
         let ratio = mean(rays, 64) / all;
         println!("{rays} samples a ray: {ratio:.4}");
         // 64 frames of 14,400 pixels leave under 0.3 % of noise.

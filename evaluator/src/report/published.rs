@@ -19,7 +19,8 @@ pub struct PublishedTable {
     pub claims: &'static [Claim],
     /// What the paper says about one pass within a step.
     pub share: Share,
-    /// Parameters, `gpu`, and one `<step>_ms` column per step and for their `total`; the figures only.
+    /// Parameters, `gpu`, and one `<step>_ms` column per step and for their `total`; the figures only. A step that a
+    /// configuration does not have is empty.
     csv: &'static str,
 }
 
@@ -54,7 +55,9 @@ const fn claim(name: &'static str, step: &'static str, of: usize, over: usize) -
 }
 
 /// All tables.
-pub const TABLES: [PublishedTable; 1] = [PublishedTable {
+pub const TABLES: [PublishedTable; 2] = [SOLER_2009_FIG6, SOLER_2010_FIG9];
+
+const SOLER_2009_FIG6: PublishedTable = PublishedTable {
     preset: "soler2009_fig6",
     source: "Soler, Hoel, Rochet, Jay, Holzschuch: Hierarchical Screen Space Indirect Illumination For Video Games, INRIA \
              RR-7162 (2009), Figure 6",
@@ -79,7 +82,42 @@ pub const TABLES: [PublishedTable; 1] = [PublishedTable {
         published: "over 70 %",
     },
     csv: include_str!("../../published/soler2009_fig6.csv"),
-}];
+};
+
+const SOLER_2010_FIG9: PublishedTable = PublishedTable {
+    preset: "soler2010_fig9",
+    source: "Soler, Hoel: A Fast Deferred Shading Pipeline for Real Time Approximate Indirect Illumination, INRIA RR-7162 \
+             (2010), Figure 9",
+    remarks: "Sponza, 1280×720, r = 40, samples per level. The paper's combine step holds its temporal filter too. Its \
+              rays test every sample; here several samples share one (`samples_per_ray`). The paper does not count the \
+              making of the mipmaps, so the pyramid passes are left out here too.",
+    steps: &[
+        ("voxels", &["depth_range", "voxelize_solid", "voxelize_surfaces", "voxels"]),
+        ("gather", &["gather"]),
+        ("combine", &["combine", "upsample"]),
+    ],
+    // Configurations, each without and then with visibility: 0 quarter 4 64, 2 quarter 4 256, 4 half 4 64, 6 half 5 64.
+    claims: &[
+        claim("visibility over none, quarter, 4 levels, 64 samples", "total", 1, 0),
+        claim("visibility over none, quarter, 4 levels, 256 samples", "total", 3, 2),
+        claim("visibility over none, half, 4 levels, 64 samples", "total", 5, 4),
+        claim("visibility over none, half, 5 levels, 64 samples", "total", 7, 6),
+        claim("half start resolution over quarter, no visibility", "gather", 4, 0),
+        claim("half start resolution over quarter, visibility", "gather", 5, 1),
+        claim("256 samples over 64, quarter, no visibility", "gather", 2, 0),
+        claim("256 samples over 64, quarter, visibility", "gather", 3, 1),
+        claim("five levels over four, half, no visibility", "gather", 6, 4),
+        claim("five levels over four, half, visibility", "gather", 7, 5),
+    ],
+    share: Share {
+        name: "share of the first level, half, 4 levels, no visibility",
+        step: "gather",
+        pass: "gather_0",
+        of: 4,
+        published: "74 %",
+    },
+    csv: include_str!("../../published/soler2010_fig9.csv"),
+};
 
 /// One row of a published table: the same configuration on one GPU of the paper.
 pub struct PublishedRow {
@@ -111,6 +149,8 @@ impl PublishedTable {
                 let mut row = PublishedRow { parameters: vec![], gpu: String::new(), steps: vec![] };
                 for (column, value) in head.iter().zip(&record) {
                     match column.strip_suffix("_ms") {
+                        // A step that this configuration does not have.
+                        Some(_) if value.is_empty() => {}
                         Some(step) => row.steps.push((step.into(), value.parse().expect("a time is a number"))),
                         None if column == "gpu" => row.gpu = value.into(),
                         None => row.parameters.push((column.into(), value.into())),
@@ -165,8 +205,11 @@ mod tests {
             assert!(rows.len() >= 2, "{}", table.preset);
             for row in rows {
                 let parts: f64 = row.steps.iter().filter(|(step, _)| step != "total").map(|(_, time)| time).sum();
-                // Printed to a tenth of a millisecond, three steps.
-                assert!((parts - row.step("total").unwrap_or(f64::NAN)).abs() < 0.15, "{} {parts}", table.preset);
+                let total = row.step("total").unwrap_or(f64::NAN);
+                // Printed to a tenth of a millisecond, three steps. The totals of 2010 with visibility are rounder than
+                // that: one is 2.2 ms under the sum of its steps.
+                let printed = if table.preset == "soler2010_fig9" { 0.018 * total } else { 0.0 };
+                assert!((parts - total).abs() < 0.15 + printed, "{} {parts}", table.preset);
             }
         }
     }

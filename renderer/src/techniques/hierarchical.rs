@@ -2,6 +2,7 @@
 //! gather per level, and a joint bilateral filter that brings the levels together. Visibility through a
 //! voxel grid and further bounces are those of Soler & Hoel 2010.
 
+mod bounces;
 mod visibility;
 
 use wgpu::TextureFormat as Format;
@@ -187,6 +188,8 @@ parameters! {
         temporal_a: f32 = 0.0, in 0.0..=0.999, unit "1", grid [0.0, 0.9], role Plan;
         /// Gather one level only and leave the others black.
         only_level: OnlyLevel = OnlyLevel::All, unit "", grid [OnlyLevel::All], role Plan;
+        /// Bounces of indirect light; each one more gathers what the one before it sent.
+        bounces: u32 = 1, in 0..=8, unit "1", grid [1, 2], role Plan;
         /// What stands between a surface and its source: off, light passes; solid, surface or auto, a voxel grid of every mesh as solid, as surfaces, or as each mesh is.
         visibility: Visibility = Visibility::Off, unit "", grid [Visibility::Off, Visibility::Auto], role Plan;
         /// Voxels of a coarser level: and, as published, loses thin occluders; or lets them grow.
@@ -196,7 +199,7 @@ parameters! {
         visibility_bounces: VisibilityBounces = VisibilityBounces::All, unit "",
         grid [VisibilityBounces::All, VisibilityBounces::First], role Plan;
         /// Successive samples that share one ray through the voxels: the mean stays, the noise of visibility grows, its cost falls; 1 as published.
-        samples_per_ray: u32 = 4, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
+        samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
     }
 }
 
@@ -251,50 +254,16 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
             format!("hierarchical.only_level = {level} does not exist: there are {} levels, from 0", parameters.levels);
         return Err(SettingsError(message));
     }
+    if parameters.bounces == 0 {
+        return Ok(None);
+    }
     // Levels coarser than the only one wanted have nothing to add.
     let levels = plan_pyramid(plan, inputs, &parameters, only.unwrap_or(parameters.levels - 1));
     let voxels = visibility::plan_voxels(plan, inputs, &parameters, &levels)?;
-    let mut gathered = Vec::new();
-    for (k, level) in levels.iter().enumerate() {
-        let wanted = only.is_none_or(|only| only == k as u32);
-        let voxels = voxels.as_ref().map(|voxels| voxels.level(k));
-        gathered.push(wanted.then(|| plan_gather(plan, &parameters, k as u32, level, levels[0].size, voxels)));
-    }
-    // Coarsest first.
-    let mut indirect = None;
-    for (k, level) in levels.iter().enumerate().rev() {
-        let own = gathered[k];
-        indirect = match (indirect, own) {
-            (None, own) => own.map(|own| (k, own)),
-            (Some((coarse, light)), own) => {
-                let combined = plan.texture(
-                    format!("combined_{k}"),
-                    level.size,
-                    Format::Rgba32Float,
-                    "light of this level and all coarser ones",
-                );
-                upsample(
-                    plan,
-                    &parameters,
-                    Part::Technique,
-                    format!("combine_{k}"),
-                    "hierarchical/upsample",
-                    &levels[coarse],
-                    level.scale,
-                )
-                .constants(&[("GATHERED", f64::from(u8::from(own.is_some())))])
-                .bind("coarse_indirect", light)
-                .bind("surfels", level.surfels)
-                // A level that gathered nothing binds any texture of the right kind; it is not read.
-                .bind("gathered", own.unwrap_or(light))
-                .bind("indirect", combined)
-                .because(format!("adds the light of level {coarse} to level {k}"))
-                .over(levels[coarse].size);
-                Some((k, combined))
-            }
-        };
-    }
-    let Some((0, light)) = indirect else { return Ok(None) };
+    let gather = Gather { parameters: &parameters, levels: &levels, only, voxels: voxels.as_ref() };
+    let light = gather.bounce(plan, 1, &levels.iter().map(|level| level.surfels).collect::<Vec<_>>());
+    let Some(light) = light else { return Ok(None) };
+    let light = bounces::plan_bounces(plan, inputs, &gather, light);
     if levels[0].scale == 1 {
         return Ok(Some(light));
     }
@@ -311,6 +280,118 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         .because("the gather starts below full resolution")
         .over(levels[0].size);
     Ok(Some(display))
+}
+
+/// What the gathers of all bounces share.
+struct Gather<'a> {
+    parameters: &'a Hierarchical,
+    levels: &'a [Level],
+    /// The one level that gathers, where the others are left out.
+    only: Option<u32>,
+    voxels: Option<&'a visibility::Voxels>,
+}
+
+impl Gather<'_> {
+    /// Gathers from these surfels, one texture a level, and combines the levels: light at the resolution of level 0.
+    ///
+    /// Bounces write the same textures by turns. Two bounces on end must not share the one of level 0, because the
+    /// second one starts from the light of the first.
+    fn bounce(&self, plan: &mut FramePlan, bounce: u32, surfels: &[ResourceId]) -> Option<ResourceId> {
+        let Self { parameters, levels, only, .. } = *self;
+        let texture = |plan: &mut FramePlan, name: &str, k: usize, reason: &str| {
+            let turn = if k == 0 && bounce.is_multiple_of(2) { "_of_even_bounces" } else { "" };
+            plan.texture_again(format!("{name}_{k}{turn}"), levels[k].size, Format::Rgba32Float, reason)
+        };
+        let mut gathered = Vec::new();
+        for k in 0..levels.len() {
+            let wanted = only.is_none_or(|only| only == k as u32);
+            gathered.push(wanted.then(|| {
+                let light = texture(plan, "gathered", k, "light that the ring of this level sends");
+                self.level(plan, bounce, k, surfels[k], light);
+                light
+            }));
+        }
+        // Coarsest first.
+        let mut indirect = None;
+        for (k, level) in levels.iter().enumerate().rev() {
+            let own = gathered[k];
+            indirect = match (indirect, own) {
+                (None, own) => own.map(|own| (k, own)),
+                (Some((coarse, light)), own) => {
+                    let combined = texture(plan, "combined", k, "light of this level and all coarser ones");
+                    upsample(
+                        plan,
+                        parameters,
+                        Part::Technique,
+                        pass_name(&format!("combine_{k}"), bounce),
+                        "hierarchical/upsample",
+                        &levels[coarse],
+                        level.scale,
+                    )
+                    .constants(&[("GATHERED", f64::from(u8::from(own.is_some())))])
+                    .bind("coarse_indirect", light)
+                    .bind("surfels", level.surfels)
+                    // A level that gathered nothing binds any texture of the right kind; it is not read.
+                    .bind("gathered", own.unwrap_or(light))
+                    .bind("indirect", combined)
+                    .because(format!("adds the light of level {coarse} to level {k}"))
+                    .over(levels[coarse].size);
+                    Some((k, combined))
+                }
+            };
+        }
+        match indirect {
+            Some((0, light)) => Some(light),
+            _ => None,
+        }
+    }
+
+    /// One level's ring.
+    fn level(&self, plan: &mut FramePlan, bounce: u32, k: usize, surfels: ResourceId, gathered: ResourceId) {
+        let Self { parameters, levels, .. } = *self;
+        let level = &levels[k];
+        let radius = if parameters.radius > 0.0 {
+            parameters.radius
+        } else {
+            covering_radius(parameters.ring, parameters.levels, levels[0].size)
+        };
+        let [inner, outer] = ring_radii(parameters.ring, radius, k as u32);
+        // Texels that one sample stands for: its share of the ring.
+        let texels = std::f32::consts::PI * (outer * outer - inner * inner) / parameters.samples as f32;
+        let texel_area = (level.scale * level.scale) as f32;
+        let (disc_area, discs) = match parameters.disc_area {
+            DiscArea::Sample => (texels * texel_area, 1.0),
+            DiscArea::Texel => (texel_area, texels),
+        };
+        let tested = bounce == 1 || parameters.visibility_bounces == VisibilityBounces::All;
+        let voxels = self.voxels.filter(|_| tested).map(|voxels| voxels.level(k));
+        let shader = variant("hierarchical/gather", &[("visibility", voxels.is_some())]);
+        let mut pass = plan
+            .pass(Part::Technique, pass_name(&format!("gather_{k}"), bounce), shader)
+            .constants(&parameters.constants())
+            .constants(&[("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0)))])
+            .param("scale", level.scale as f32)
+            .param("inner_square", inner * inner)
+            .param("outer_square", outer * outer)
+            .param("disc_area", disc_area)
+            .param("discs", discs)
+            .param("level", (bounce - 1) * MAX_LEVELS + k as u32)
+            .bind("surfels", surfels)
+            .bind("gathered", gathered)
+            .because(format!("ring of {inner:.1} to {outer:.1} texels of {0}x{0} pixels", level.scale));
+        if let Some(LevelVoxels { voxels, depth_range }) = voxels {
+            pass = pass.bind("voxels", voxels).bind("depth_range", depth_range);
+        }
+        pass.over(level.size);
+    }
+}
+
+/// The most levels there are: streams of random numbers are counted level by level, bounce by bounce.
+const MAX_LEVELS: u32 = 8;
+
+/// Passes of the first bounce have plain names.
+fn pass_name(name: &str, bounce: u32) -> String {
+    if bounce == 1 { name.into() } else { format!("{name}_bounce_{bounce}") }
 }
 
 fn plan_pyramid(plan: &mut FramePlan, inputs: &Inputs, parameters: &Hierarchical, last: u32) -> Vec<Level> {
@@ -356,54 +437,6 @@ fn plan_pyramid(plan: &mut FramePlan, inputs: &Inputs, parameters: &Hierarchical
     }
     levels.retain(|level| level.scale >= divisor);
     levels
-}
-
-fn plan_gather(
-    plan: &mut FramePlan,
-    parameters: &Hierarchical,
-    k: u32,
-    level: &Level,
-    start: [u32; 2],
-    voxels: Option<LevelVoxels>,
-) -> ResourceId {
-    let radius = if parameters.radius > 0.0 {
-        parameters.radius
-    } else {
-        covering_radius(parameters.ring, parameters.levels, start)
-    };
-    let [inner, outer] = ring_radii(parameters.ring, radius, k);
-    // Texels that one sample stands for: its share of the ring.
-    let texels = std::f32::consts::PI * (outer * outer - inner * inner) / parameters.samples as f32;
-    let texel_area = (level.scale * level.scale) as f32;
-    let (disc_area, discs) = match parameters.disc_area {
-        DiscArea::Sample => (texels * texel_area, 1.0),
-        DiscArea::Texel => (texel_area, texels),
-    };
-    let gathered = plan.texture(
-        format!("gathered_{k}"),
-        level.size,
-        Format::Rgba32Float,
-        "light that the ring of this level sends",
-    );
-    let shader = variant("hierarchical/gather", &[("visibility", voxels.is_some())]);
-    let mut pass = plan
-        .pass(Part::Technique, format!("gather_{k}"), shader)
-        .constants(&parameters.constants())
-        .constants(&[("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0)))])
-        .param("scale", level.scale as f32)
-        .param("inner_square", inner * inner)
-        .param("outer_square", outer * outer)
-        .param("disc_area", disc_area)
-        .param("discs", discs)
-        .param("level", k)
-        .bind("surfels", level.surfels)
-        .bind("gathered", gathered)
-        .because(format!("ring of {inner:.1} to {outer:.1} texels of {0}x{0} pixels", level.scale));
-    if let Some(LevelVoxels { voxels, depth_range }) = voxels {
-        pass = pass.bind("voxels", voxels).bind("depth_range", depth_range);
-    }
-    pass.over(level.size);
-    gathered
 }
 
 fn upsample<'a>(

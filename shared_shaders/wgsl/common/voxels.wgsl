@@ -5,6 +5,8 @@
 /// Slices of the grid, and those of one word.
 const SLICES: f32 = 128.0;
 const WORD_SLICES: i32 = 32;
+/// Binary logarithm of WORD_SLICES.
+const WORD_SHIFT: u32 = 5u;
 const WORDS: i32 = 4;
 
 // Slices reach from the nearest to the farthest visible surface: no segment between two visible points leaves that

@@ -9,7 +9,7 @@ import package::common::surfel::{
 };
 import package::common::form_factor::{form_factor, pixel_area_factor};
 @if(visibility) import package::common::voxels::{
-    Slices, slices_of_range, slice_of_depth, slice_thickness, slice_mask, WORD_SLICES,
+    Slices, slices_of_range, slice_of_depth, slice_thickness, slice_mask, WORD_SHIFT,
 };
 @if(visibility) import package::hierarchical::march::{
     March, begin_march, slice_at, clear_of_plane, place_of_fraction,
@@ -43,7 +43,7 @@ override SAMPLES: u32 = 64u;
 // Equation 4 (true) or Equation 3 (false).
 override POINT_TO_DISC: bool = true;
 // Successive samples that share one ray through the grid.
-@if(visibility) override SAMPLES_PER_RAY: u32 = 4u;
+@if(visibility) override SAMPLES_PER_RAY: u32 = 8u;
 // Whether a filter averages successive frames, which then share out the directions between them.
 override OVER_FRAMES: bool = false;
 
@@ -120,11 +120,13 @@ fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
         let slice = slice_at(march, march.at);
         let first = min(march.entry, slice);
         let last = max(march.entry, slice);
-        let word = first / WORD_SLICES;
+        let word = first >> WORD_SHIFT;
         blockers = textureLoad(voxels, march.column, word, 0).x & slice_mask(first, last, word);
-        // Rarely another word holds the rest.
-        for (var next = word + 1; next <= last / WORD_SLICES; next++) {
-            blockers |= textureLoad(voxels, march.column, next, 0).x & slice_mask(first, last, next);
+        // Rarely other words hold the rest.
+        if word != (last >> WORD_SHIFT) {
+            for (var next = word + 1; next <= (last >> WORD_SHIFT); next++) {
+                blockers |= textureLoad(voxels, march.column, next, 0).x & slice_mask(first, last, next);
+            }
         }
         march.entry = slice;
         let along_x = march.crossing.x < march.crossing.y;
@@ -149,6 +151,59 @@ fn answer_pairs(@builtin(global_invocation_id) id: vec3u) {
     textureStore(answers, vec2u(id.x, 0u), vec4f(f32(seen)));
 }
 
+// What is the same for all samples of a receiver. Lengths are counted in the receiver's depth, so world units cannot
+// leave float32's range.
+struct Receiver {
+    normal: vec3f,
+    position: vec3f,
+    // One over its depth in scene units.
+    unit: f32,
+    // K dP of Equation 2 for the disc of one sample.
+    area: f32,
+    // Half the screen, in texels.
+    half_extent: vec2f,
+    // From the centre of a full-resolution pixel to its view ray.
+    ray_scale: vec2f,
+    ray_bias: vec2f,
+}
+
+/// Form factor of the surfel whose words stand in the texel of `point`.
+fn sample_factor(receiver: Receiver, point: vec2f, words: vec4u) -> f32 {
+    // Off the screen there is nothing to gather. The last texels of a row or column may reach beyond
+    // it, so the point decides and not its texel: otherwise their light would count too often.
+    // Black texels and sky carry zero radiance and need no test: a mask around the arithmetic costs
+    // more than it saves.
+    let on_screen = all(abs(point - receiver.half_extent) < receiver.half_extent);
+    let depth = surfel_depth(words) * receiver.unit;
+    let pixel = floor(point) * params.scale + vec2f(surfel_offset(words));
+    let ray = vec3f(pixel * receiver.ray_scale + receiver.ray_bias, -1.0);
+    let factor = form_factor(
+        receiver.normal,
+        ray * depth - receiver.position,
+        ray,
+        depth,
+        surfel_direction(words),
+        SNORM_16,
+        receiver.area,
+        POINT_TO_DISC,
+    );
+    // Outside, a load may give any texel, whose factor is finite all the same.
+    return select(0.0, factor, on_screen);
+}
+
+/// The direction to the next sample.
+fn turned(direction: vec2f) -> vec2f {
+    return vec2f(
+        direction.x * TURN.x - direction.y * TURN.y,
+        direction.x * TURN.y + direction.y * TURN.x,
+    );
+}
+
+@if(visibility)
+fn largest(light: vec3f) -> f32 {
+    return max(light.x, max(light.y, light.z));
+}
+
 @if(!(pairs && visibility))
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
@@ -161,80 +216,72 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         textureStore(gathered, id.xy, vec4f(0.0));
         return;
     }
-    let normal = surfel_normal(own);
-    // Lengths are counted in the receiver's depth, so world units cannot leave float32's range.
     let unit = 1.0 / surfel_depth(own);
-    let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov) * unit;
+    let ray_scale = vec2f(2.0, -2.0) * view.tan_half_fov / view.display_size;
+    let receiver = Receiver(
+        surfel_normal(own),
+        surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov) * unit,
+        unit,
+        pixel_area_factor(view.tan_half_fov, view.display_size) * params.disc_area,
+        0.5 * view.display_size / params.scale,
+        ray_scale,
+        vec2f(-1.0, 1.0) * view.tan_half_fov + 0.5 * ray_scale,
+    );
     let random = spread2(id.xy, view.frame, params.level, view.seed, OVER_FRAMES);
     let centre = vec2f(id.xy) + 0.5;
-    // Half the screen, in texels.
-    let half_extent = 0.5 * view.display_size / params.scale;
-    // From the centre of a full-resolution pixel to its view ray.
-    let ray_scale = vec2f(2.0, -2.0) * view.tan_half_fov / view.display_size;
-    let ray_bias = vec2f(-1.0, 1.0) * view.tan_half_fov + 0.5 * ray_scale;
-    let area = pixel_area_factor(view.tan_half_fov, view.display_size) * params.disc_area;
     // Samples are stratified over the ring's area: equal steps of the squared radius.
     let step = (params.outer_square - params.inner_square) / f32(SAMPLES);
     var square = params.inner_square + step * random.x;
     let angle = 6.283185307179586 * random.y;
     var direction = vec2f(cos(angle), sin(angle));
     var sum = vec3f(0.0);
-    // One sample of every few is picked, in proportion to what it would bring, and stands for them where it is seen
-    // (resampled importance sampling, Talbot et al. 2005): the mean stays, rays are saved.
-    @if(visibility) let receiver = end_at(own, vec2f(id.xy), unit);
-    @if(visibility) let slices = slices_of_range(depth_range[0], depth_range[1]);
-    @if(visibility) var choice = spread2(id.xy, view.frame, params.level + VISIBILITY_STREAM, view.seed).x;
-    @if(visibility) var light_of_all = 0.0;
-    @if(visibility) var picked = vec2f(0.0);
-    @if(visibility) var picked_light = vec3f(0.0);
-    @if(visibility) var picked_strength = 0.0;
-    for (var i = 0u; i < SAMPLES; i++) {
-        let point = centre + sqrt(square) * direction;
-        square += step;
-        direction = vec2f(
-            direction.x * TURN.x - direction.y * TURN.y,
-            direction.x * TURN.y + direction.y * TURN.x,
-        );
-        // Off the screen there is nothing to gather. The last texels of a row or column may reach beyond
-        // it, so the point decides and not its texel: otherwise their light would count too often.
-        // Black texels and sky carry zero radiance and need no test: a mask around the arithmetic costs
-        // more than it saves.
-        let on_screen = all(abs(point - half_extent) < half_extent);
-        let texel = floor(point);
-        let words = textureLoad(surfels, vec2i(texel), 0);
-        let depth = surfel_depth(words) * unit;
-        let pixel = texel * params.scale + vec2f(surfel_offset(words));
-        let ray = vec3f(pixel * ray_scale + ray_bias, -1.0);
-        let factor = form_factor(
-            normal, ray * depth - position, ray, depth, surfel_direction(words), SNORM_16, area, POINT_TO_DISC,
-        );
-        // Outside, a load may give any texel, whose factor is finite all the same.
-        @if(!visibility) {
-            sum += surfel_radiance(words) * select(0.0, factor, on_screen);
+    @if(!visibility) {
+        for (var i = 0u; i < SAMPLES; i++) {
+            let point = centre + sqrt(square) * direction;
+            square += step;
+            direction = turned(direction);
+            let words = textureLoad(surfels, vec2i(floor(point)), 0);
+            sum += surfel_radiance(words) * sample_factor(receiver, point, words);
         }
-        @if(visibility) {
-            let light = surfel_radiance(words) * select(0.0, factor, on_screen);
-            let strength = max(light.x, max(light.y, light.z));
-            light_of_all += strength;
-            // One number serves all choices: what is left of it after each one is as random as before.
-            let share = strength / max(light_of_all, SMALLEST_LIGHT);
-            let pick = choice < share;
-            choice = min(select((choice - share) / max(1.0 - share, 1e-6), choice / max(share, 1e-6), pick), BELOW_ONE);
-            picked = select(picked, texel, pick);
-            picked_light = select(picked_light, light, pick);
-            picked_strength = select(picked_strength, strength, pick);
-            if i % SAMPLES_PER_RAY == SAMPLES_PER_RAY - 1u || i == SAMPLES - 1u {
-                if picked_strength > 0.0 {
-                    let source = end_at(textureLoad(surfels, vec2i(picked), 0), picked, unit);
-                    if sees(receiver, source, slices, unit) {
-                        sum += picked_light * (light_of_all / picked_strength);
-                    }
-                }
-                light_of_all = 0.0;
-                picked_strength = 0.0;
-                // Another number for the next few: the golden ratio's steps fill the line evenly.
-                choice = fract(choice + 0.6180339887498949);
+    }
+    @if(visibility) {
+        let here = end_at(own, vec2f(id.xy), unit);
+        let slices = slices_of_range(depth_range[0], depth_range[1]);
+        var choice = spread2(id.xy, view.frame, params.level + VISIBILITY_STREAM, view.seed, OVER_FRAMES).x;
+        for (var first = 0u; first < SAMPLES; first += SAMPLES_PER_RAY) {
+            // One sample of these few is picked, in proportion to what it would bring, and stands for them where it is
+            // seen (resampled importance sampling, Talbot et al. 2005): the mean stays, rays are saved.
+            var strength_of_all = 0.0;
+            var picked_strength = 0.0;
+            var picked = vec2f(0.0);
+            for (var i = 0u; i < SAMPLES_PER_RAY; i++) {
+                let point = centre + sqrt(square) * direction;
+                square += step;
+                direction = turned(direction);
+                let words = textureLoad(surfels, vec2i(floor(point)), 0);
+                let light = largest(surfel_radiance(words)) * sample_factor(receiver, point, words);
+                // The last ray may have fewer samples.
+                let strength = select(0.0, light, first + i < SAMPLES);
+                let before = strength_of_all;
+                strength_of_all += strength;
+                // One number serves all choices: what is left of it after each one is as random as before.
+                let threshold = choice * strength_of_all;
+                let pick = threshold < strength;
+                let left = select(threshold - strength, threshold, pick) / max(select(before, strength, pick), SMALLEST_LIGHT);
+                choice = select(choice, min(left, BELOW_ONE), strength > 0.0);
+                picked = select(picked, point, pick);
+                picked_strength = select(picked_strength, strength, pick);
             }
+            if picked_strength > 0.0 {
+                let texel = floor(picked);
+                let words = textureLoad(surfels, vec2i(texel), 0);
+                if sees(here, end_at(words, texel, unit), slices, unit) {
+                    let radiance = surfel_radiance(words);
+                    sum += radiance * (strength_of_all / largest(radiance));
+                }
+            }
+            // Another number for the next few: the golden ratio's steps fill the line evenly.
+            choice = fract(choice + 0.6180339887498949);
         }
     }
     textureStore(gathered, id.xy, vec4f(sum * params.discs, 1.0));

@@ -3,6 +3,7 @@
 // full-resolution pixels. Depth and normal are those of one child, never an average.
 import package::common::surfel::{Surfel, pack_surfel, surfel_depth, surfel_normal, surfel_radiance, surfel_offset};
 import package::common::view::{View, SKY_DEPTH, view_position};
+import package::hierarchical::same_surface::{same_surface, square_width};
 
 struct Params {
     // Width of a child in full-resolution pixels.
@@ -71,7 +72,7 @@ fn position(pixel: vec2i, surfel: Surfel) -> vec3f {
 
 /// Width that a child covers of a surface facing the eye at its depth, scene units.
 fn child_width(child: Surfel) -> f32 {
-    return 2.0 * params.child_scale * view.tan_half_fov.y / view.display_size.y * child.depth;
+    return square_width(params.child_scale, child.depth, view.tan_half_fov.y, view.display_size.y);
 }
 
 /// Equation 5: how much the L1 neighbourhood of a child looks like it.
@@ -93,11 +94,9 @@ fn score(pixel: vec2i, child: Surfel) -> f32 {
     return sum;
 }
 
-/// Whether two children show the same surface, so that their radiance may be averaged: normals within
-/// 60 degrees and distance to the tangent plane under the width of the texel there.
+/// Whether two children show the same surface, so that their radiance may be averaged.
 fn agree(kept: Surfel, kept_position: vec3f, other: Surfel, other_position: vec3f) -> bool {
-    let distance = abs(dot(kept.normal, other_position - kept_position));
-    return dot(kept.normal, other.normal) > 0.5 && distance < 2.0 * child_width(kept);
+    return same_surface(kept.normal, kept_position, other.normal, other_position, 2.0 * child_width(kept));
 }
 
 @compute @workgroup_size(8, 8)

@@ -17,12 +17,11 @@ struct Params {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var<storage, read> vertices: array<Vertex>;
-@group(0) @binding(3) var<storage, read> indices: array<u32>;
-@group(0) @binding(4) var<storage, read> depth_range: array<u32>;
-@group(0) @binding(5) var<storage, read_write> columns: array<atomic<u32>>;
-@if(alpha_tested) @group(0) @binding(6) var<storage, read> materials: array<Material>;
-@if(alpha_tested) @group(0) @binding(7) var<storage, read> texels: array<u32>;
-@if(moving) @group(0) @binding(8) var<storage, read> objects: array<Object>;
+@group(0) @binding(3) var<storage, read> depth_range: array<u32>;
+@group(0) @binding(4) var<storage, read_write> columns: array<atomic<u32>>;
+@if(alpha_tested) @group(0) @binding(5) var<storage, read> materials: array<Material>;
+@if(alpha_tested) @group(0) @binding(6) var<storage, read> texels: array<u32>;
+@if(moving) @group(0) @binding(7) var<storage, read> objects: array<Object>;
 
 // Whether the meshes are skins of solid matter.
 override SOLID: bool = false;
@@ -30,26 +29,22 @@ override SOLID: bool = false;
 struct Varyings {
     @builtin(position) clip: vec4f,
     @location(0) depth: f32,
-    // Nearest and farthest corner of the triangle: a fragment's slope reaches no farther.
-    @location(1) @interpolate(flat, either) extent: vec2f,
-    @if(alpha_tested) @location(2) uv: vec2f,
-    @if(alpha_tested) @location(3) @interpolate(flat, either) material: u32,
+    @if(alpha_tested) @location(1) uv: vec2f,
+    @if(alpha_tested) @location(2) @interpolate(flat, either) material: u32,
 }
 
-fn view_space(index: u32) -> vec3f {
-    let source = vertices[indices[index]];
+// A surface seen so nearly edge-on that it crosses more depth than this in one texel, in widths of the texel there, is a
+// silhouette: its slope says nothing about how far the surface goes on.
+const STEEPEST: f32 = 8.0;
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
+    let source = vertices[index];
     var world = vec4f(source.position, 1.0);
     @if(moving) {
         world = objects[source.object].to_world * world;
     }
-    return (view.world_to_view * world).xyz;
-}
-
-@vertex
-fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
-    let first = index - index % 3u;
-    let depths = -vec3f(view_space(first).z, view_space(first + 1u).z, view_space(first + 2u).z);
-    let position = view_space(index);
+    let position = (view.world_to_view * world).xyz;
     // The grid's last texels may reach beyond the screen: texel coordinates are those of every other pass.
     let ndc = position.xy / view.tan_half_fov;
     let stretch = view.display_size / (params.scale * params.grid);
@@ -62,9 +57,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
         w,
     );
     out.depth = w;
-    out.extent = vec2f(min(depths.x, min(depths.y, depths.z)), max(depths.x, max(depths.y, depths.z)));
     @if(alpha_tested) {
-        let source = vertices[indices[index]];
         out.uv = source.uv;
         out.material = source.material;
     }
@@ -84,7 +77,9 @@ fn is_hole(in: Varyings) -> bool {
 
 @fragment
 fn fragment(in: Varyings, @builtin(front_facing) front: bool) {
-    let reach = 0.5 * (abs(dpdx(in.depth)) + abs(dpdy(in.depth)));
+    let width = 2.0 * params.scale * view.tan_half_fov.y / view.display_size.y * in.depth;
+    // From the middle of the texel to its corners.
+    let reach = 0.5 * min(abs(dpdx(in.depth)) + abs(dpdy(in.depth)), STEEPEST * width);
     @if(alpha_tested) {
         if is_hole(in) {
             discard;
@@ -103,8 +98,8 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) {
             }
         }
     } else {
-        let first = slice_of_depth(max(in.depth - reach, in.extent.x), slices);
-        let last = slice_of_depth(min(in.depth + reach, in.extent.y), slices);
+        let first = slice_of_depth(in.depth - reach, slices);
+        let last = slice_of_depth(in.depth + reach, slices);
         if last >= 0.0 && first < SLICES {
             for (var word = 0; word < WORDS; word++) {
                 let mask = slice_mask(i32(floor(first)), i32(floor(last)), word);

@@ -106,7 +106,6 @@ fn plan_columns(
     let columns = plan.buffer("columns", bytes, "voxels while triangles are drawn into them");
     let target = plan.texture("voxel_target", level.size, Gpu::DEPTH_FORMAT, "gives the pass its size");
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
-    let indices = plan.scene_buffer("scene.indices", "the scene's triangles");
     let objects = scene.moving.then(|| plan.scene_buffer("scene.objects", "objects move"));
     let mut first = true;
     for &(meshes, solid) in meshes.iter().filter(|(meshes, _)| wanted(*meshes)) {
@@ -129,7 +128,6 @@ fn plan_columns(
             .param("grid", level.size.map(|v| v as f32))
             .param("scale", level.scale as f32)
             .bind("vertices", vertices)
-            .bind("indices", indices)
             .bind("depth_range", depth_range)
             .bind("columns", columns)
             .because(reason);

@@ -1,0 +1,81 @@
+//! Bounces after the first (Soler & Hoel 2010): each one gathers the light of the one before it, reflected once. Depth,
+//! normals and voxels stay; only the radiance of the surfels is made anew.
+
+use wgpu::TextureFormat as Format;
+
+use super::{Gather, pass_name};
+use crate::{
+    frame::variant,
+    plan::{FramePlan, Part, ResourceId},
+    techniques::Inputs,
+};
+
+/// Plans the bounces after the first and returns the sum of all, at the resolution of level 0; `first` is the light of
+/// the first one.
+pub(super) fn plan_bounces(plan: &mut FramePlan, inputs: &Inputs, gather: &Gather, first: ResourceId) -> ResourceId {
+    let bounces = gather.parameters.bounces;
+    if bounces < 2 {
+        return first;
+    }
+    let start = &gather.levels[0];
+    let albedo =
+        plan.texture("albedo_of_surfels", start.size, Format::Rgba16Float, "reflects one bounce into the next");
+    plan.pass(Part::Technique, "albedo_of_surfels", "hierarchical/albedo")
+        .param("scale", start.scale as f32)
+        .bind("surfels", start.surfels)
+        .bind("depth", inputs.depth)
+        .bind("normal", inputs.normal)
+        .bind("albedo", inputs.albedo)
+        .bind("surfel_albedo", albedo)
+        .because("several bounces")
+        .over(start.size);
+    let (mut light, mut total) = (first, first);
+    for bounce in 2..=bounces {
+        let surfels = relight(plan, gather, albedo, light, bounce);
+        let Some(next) = gather.bounce(plan, bounce, &surfels) else { return total };
+        light = next;
+        let turn = bounce % 2;
+        let sum =
+            plan.texture_again(format!("sum_{turn}"), start.size, Format::Rgba32Float, "light of all bounces so far");
+        plan.pass(Part::Technique, format!("sum_bounce_{bounce}"), "hierarchical/sum")
+            .bind("light", light)
+            .bind("so_far", total)
+            .bind("sum", sum)
+            .because("bounces add up")
+            .over(start.size);
+        total = sum;
+    }
+    total
+}
+
+/// The surfels once more, sending what they reflect of `light`.
+fn relight(
+    plan: &mut FramePlan,
+    gather: &Gather,
+    albedo: ResourceId,
+    light: ResourceId,
+    bounce: u32,
+) -> Vec<ResourceId> {
+    let mut all: Vec<ResourceId> = Vec::new();
+    for level in gather.levels {
+        let relit = plan.texture_again(
+            format!("relit_surfels_{}", level.scale),
+            level.size,
+            Format::Rgba32Uint,
+            "surfaces that send what they reflect",
+        );
+        let shader = variant("hierarchical/relight", &[("finest", all.is_empty())]);
+        let pass = plan
+            .pass(Part::Technique, pass_name(&format!("relight_{}", level.scale), bounce), shader)
+            .bind("surfels", level.surfels)
+            .bind("relit", relit)
+            .because(format!("bounce {bounce} starts from the light of bounce {}", bounce - 1));
+        match all.last() {
+            None => pass.bind("albedo", albedo).bind("light", light),
+            Some(&children) => pass.param("child_scale", 0.5 * level.scale as f32).bind("children", children),
+        }
+        .over(level.size);
+        all.push(relit);
+    }
+    all
+}

@@ -1,0 +1,13 @@
+// Light of all bounces: the sum so far and one bounce more.
+
+@group(0) @binding(0) var light: texture_2d<f32>;
+@group(0) @binding(1) var so_far: texture_2d<f32>;
+@group(0) @binding(2) var sum: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn add(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(sum)) {
+        return;
+    }
+    textureStore(sum, id.xy, vec4f(textureLoad(so_far, id.xy, 0).rgb + textureLoad(light, id.xy, 0).rgb, 1.0));
+}

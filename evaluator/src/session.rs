@@ -104,11 +104,15 @@ impl<'a> Session<'a> {
         self.ready(plan, &Externals { scene: Some(&self.buffers), ..Default::default() }, size, 0)
     }
 
-    /// The technique alone, ready to run on what [`Session::scene_frames`] left.
+    /// The technique alone, ready to run on what [`Session::scene_frames`] left; a whole frame where surfaces only
+    /// receive light, because then the source of indirect light is not the direct light that shows.
     ///
     /// # Errors
     /// As [`Session::frames`].
     pub fn technique_frames(&self, request: &Request, scene: &Frames) -> Result<Frames<'a>, Error> {
+        if self.facts.needs.receive_only {
+            return self.frames(request);
+        }
         let plan = plan_technique_of_scene(&self.facts, request.technique, &request.settings, request.size);
         let mut externals = Externals { scene: Some(&self.buffers), ..Default::default() };
         for name in ["depth", "normal", "albedo", "direct"] {

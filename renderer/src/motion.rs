@@ -54,7 +54,7 @@ impl<'a> SceneMotion<'a> {
             let still = [Mat4::IDENTITY; 2];
             let pairs = [still].into_iter().chain(pose.objects.iter().zip(&then.objects).map(|(&a, &b)| [a, b]));
             let objects: Vec<Object> = pairs
-                .map(|[now, then]| Object { to_world: now, view_to_previous: view.to_previous(&before, &now, &then) })
+                .map(|[now, then]| Object { to_world: now, view_to_previous: view.way_back(&before, &now, &then) })
                 .collect();
             gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&objects));
         }

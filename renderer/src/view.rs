@@ -83,7 +83,7 @@ impl View {
 
     /// View space of this frame to view space of the frame seen from `before`, for points of an object
     /// whose matrix is `now` and was `then`. Exactly the identity where nothing moved.
-    pub(crate) fn to_previous(&self, before: &View, now: &Mat4, then: &Mat4) -> Mat4 {
+    pub(crate) fn way_back(&self, before: &View, now: &Mat4, then: &Mat4) -> Mat4 {
         if self.world_to_view == before.world_to_view && now == then {
             return Mat4::IDENTITY;
         }
@@ -103,7 +103,7 @@ impl View {
     ) -> Vec<u8> {
         let from = before.unwrap_or(self);
         let values = [
-            ("view_to_previous", self.to_previous(from, &Mat4::IDENTITY, &Mat4::IDENTITY).into()),
+            ("view_to_previous", self.way_back(from, &Mat4::IDENTITY, &Mat4::IDENTITY).into()),
             ("tan_half_fov", from.tan_half_fov.into()),
             ("valid", u32::from(before.is_some()).into()),
             ("still_frames", still_frames.into()),

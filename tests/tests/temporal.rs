@@ -529,6 +529,14 @@ fn what_only_receives_sends_nothing() {
             halflight_tests::render(&session, &request(technique, &[], [32, 18]), output)
         };
         assert!(image(&silent, "indirect") == image(&black, "indirect"), "{technique}");
+        // As a grid measures it, the scene's own passes apart.
+        let session = Session::new(device(), &silent);
+        let request = request(technique, &[], [32, 18]);
+        let mut own = session.scene_frames(&request.settings, request.size).unwrap();
+        own.run(0).unwrap();
+        let mut apart = session.technique_frames(&request, &own).unwrap();
+        apart.run(0).unwrap();
+        assert!(light(&apart) == image(&black, "indirect"), "{technique} apart");
         assert!(image(&silent, "indirect") != image(&scene, "indirect"), "{technique}");
         assert!(image(&silent, "direct") == image(&scene, "direct"), "{technique}: its direct light still shows");
     }

@@ -8,7 +8,10 @@ use crate::{
     parameters::{Settings, SettingsError},
     plan::{FramePlan, Part, ResourceId},
     shadow::{ShadowLayer, shadow_layers},
-    techniques::{Inputs, SceneInputs, Technique},
+    techniques::{
+        Inputs, SceneInputs, Technique,
+        hierarchical::{Hierarchical, Switch},
+    },
 };
 
 parameters! {
@@ -74,6 +77,7 @@ pub fn plan_frame(
         normal: output("normal"),
         direct: output("direct"),
         albedo: output("albedo"),
+        material: plan.outputs.get("material").copied(),
         scene: Some(SceneInputs::of(&facts.needs)),
     };
     plan_indirect(&mut plan, technique, settings, &inputs)?;
@@ -97,7 +101,8 @@ pub fn plan_scene(
         texels: (facts.needs.textured || facts.needs.alpha_tested)
             .then(|| plan.external("scene.texels", "materials with textures")),
     };
-    let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct);
+    let glossy = shows_gloss(settings, facts.needs.glossy)?;
+    let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct, glossy);
     let direct = match direct {
         DirectSource::Given => plan.external("direct", "direct light given by the caller"),
         DirectSource::Rendered => {
@@ -108,7 +113,13 @@ pub fn plan_scene(
     let outputs =
         [("depth", gbuffer.depth), ("normal", gbuffer.normal), ("albedo", gbuffer.albedo), ("direct", direct)];
     plan.outputs.extend(outputs);
+    plan.outputs.extend(gbuffer.material.filter(|_| glossy).map(|material| ("material", material)));
     Ok(plan)
+}
+
+/// Whether these settings ask for glossy light in a scene that has glossy materials.
+fn shows_gloss(settings: &Settings, glossy_scene: bool) -> Result<bool, SettingsError> {
+    Ok(glossy_scene && Hierarchical::from_settings(settings)?.glossy == Switch::On)
 }
 
 /// The part of a frame after direct light, on textures `depth`, `normal`, `direct` and `albedo` that
@@ -147,8 +158,11 @@ fn plan_on_textures(
         normal: given("normal"),
         direct: given("direct"),
         albedo: given("albedo"),
+        material: None,
         scene,
     };
+    let glossy = shows_gloss(settings, scene.is_some_and(|scene| scene.glossy))?;
+    let inputs = Inputs { material: glossy.then(|| plan.external("material", "given by the caller")), ..inputs };
     plan.outputs.extend([
         ("depth", inputs.depth),
         ("normal", inputs.normal),
@@ -179,13 +193,23 @@ pub fn plan_indirect(
     let half = plan.resources[indirect.0].format() == Some(Format::Rgba16Float);
     let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
     let image = plan.texture("final", size, format, "the image to show");
-    plan.pass(Part::Technique, "composite", variant("composite/composite", &[("float16", half)]))
+    let glossy = plan.outputs.get("glossy").copied().zip(inputs.material);
+    let materials = glossy.map(|_| plan.scene_buffer("scene.materials", "glossy materials"));
+    let mut pass = plan
+        .pass(
+            Part::Technique,
+            "composite",
+            variant("composite/composite", &[("float16", half), ("glossy", glossy.is_some())]),
+        )
         .bind("direct", inputs.direct)
         .bind("albedo", inputs.albedo)
         .bind("indirect", indirect)
         .bind("final_image", image)
-        .because("final = direct + albedo * indirect")
-        .over([size[0].div_ceil(COMPOSITE_PIXELS), size[1]]);
+        .because("final = direct + albedo * indirect");
+    if let (Some((glossy, material)), Some(materials)) = (glossy, materials) {
+        pass = pass.bind("glossy", glossy).bind("material", material).bind("materials", materials);
+    }
+    pass.over([size[0].div_ceil(COMPOSITE_PIXELS), size[1]]);
     plan.outputs.extend([("indirect", indirect), ("final", image)]);
     Ok(())
 }
@@ -211,13 +235,21 @@ pub(crate) fn variant(shader: &str, features: &[(&str, bool)]) -> String {
     features.iter().filter(|(_, on)| *on).fold(shader.to_owned(), |name, (feature, _)| format!("{name}+{feature}"))
 }
 
-fn plan_gbuffer(plan: &mut FramePlan, needs: &SceneNeeds, scene: &SceneResources, direct: DirectSource) -> GBuffer {
+fn plan_gbuffer(
+    plan: &mut FramePlan,
+    needs: &SceneNeeds,
+    scene: &SceneResources,
+    direct: DirectSource,
+    glossy: bool,
+) -> GBuffer {
     let size = plan.display_size;
     let depth = plan.texture("depth", size, Format::R32Float, "every technique reads it");
     let normal = plan.texture("normal", size, Format::Rgba16Float, "every technique reads it");
     let albedo = plan.texture("albedo", size, Format::Rgba8UnormSrgb, "reflects direct and indirect light");
-    let material = (needs.emitters && direct == DirectSource::Rendered)
-        .then(|| plan.texture("material", size, Format::R32Uint, "the scene has emitters, direct light looks them up"));
+    let emitters = needs.emitters && direct == DirectSource::Rendered;
+    let reason =
+        if emitters { "the scene has emitters, direct light looks them up" } else { "glossy light looks it up" };
+    let material = (emitters || glossy).then(|| plan.texture("material", size, Format::R32Uint, reason));
     let depth_test = plan.texture("depth_test", size, crate::Gpu::DEPTH_FORMAT, "hidden surfaces");
     let shader = variant(
         "gbuffer/gbuffer",
@@ -247,8 +279,9 @@ fn plan_direct(
     let lit = !layers.is_empty();
     let shadow = lit.then(|| plan_shadows(plan, facts, scene, parameters.shadow_map_size));
     let direct = plan.texture("direct", size, Format::Rgba32Float, "the source of indirect light");
-    let shader = variant("direct/direct_light", &[("lit", lit), ("emitters", gbuffer.material.is_some())]);
     let needs = &facts.needs;
+    let emitters = gbuffer.material.filter(|_| needs.emitters);
+    let shader = variant("direct/direct_light", &[("lit", lit), ("emitters", emitters.is_some())]);
     let lights = needs.directional_lights + needs.spot_lights + needs.point_lights;
     let lights_buffer = lit.then(|| plan.external("scene.lights", "the scene's lights"));
     let mut pass = plan
@@ -265,7 +298,7 @@ fn plan_direct(
             .bind("shadow_layers", entries)
             .bind("shadow_maps", maps);
     }
-    if let Some(material) = gbuffer.material {
+    if let Some(material) = emitters {
         pass = pass.bind("material", material).bind("materials", scene.materials);
     }
     pass.over(size);

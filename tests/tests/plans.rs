@@ -332,7 +332,16 @@ fn every_plan() -> Vec<FramePlan> {
         let plan = move |scene| plan(scene, "hierarchical", &[("visibility", visibility)], SIZE);
         scenes.iter().map(plan)
     };
-    plans("off").chain(plans("auto")).chain(technique_plans()).collect()
+    let mut polished = scenes::court();
+    polished.materials[0].specular = [0.5; 3];
+    let glossy = ["float16", "float32"].into_iter().flat_map(|storage| {
+        ["off", "auto"].map(|visibility| {
+            let values = [("glossy", "on"), ("storage", storage), ("visibility", visibility), ("bounces", "2")];
+            plan(&polished, "hierarchical", &values, SIZE)
+        })
+    });
+    let glossy: Vec<_> = glossy.collect();
+    plans("off").chain(plans("auto")).chain(technique_plans()).chain(glossy).collect()
 }
 
 #[test]

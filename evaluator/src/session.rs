@@ -115,7 +115,7 @@ impl<'a> Session<'a> {
         }
         let plan = plan_technique_of_scene(&self.facts, request.technique, &request.settings, request.size);
         let mut externals = Externals { scene: Some(&self.buffers), ..Default::default() };
-        for name in ["depth", "normal", "albedo", "direct"] {
+        for name in ["depth", "normal", "albedo", "direct", "material"] {
             externals.textures.extend(scene.recording.output(name).map(|texture| (name, texture.clone())));
         }
         if let Some(direct) = request.direct {

@@ -8,7 +8,10 @@ use crate::{
     parameters::{Settings, SettingsError},
     plan::{FramePlan, Part, ResourceId},
     shadow::{ShadowLayer, shadow_bounds, shadow_layers},
-    techniques::{Inputs, MotionInputs, SceneInputs, Technique},
+    techniques::{
+        Inputs, MotionInputs, SceneInputs, Technique,
+        hierarchical::{Hierarchical, Switch},
+    },
 };
 
 parameters! {
@@ -83,6 +86,7 @@ pub fn plan_frame(
         direct: output("direct"),
         albedo: output("albedo"),
         motion,
+        material: plan.outputs.get("material").copied(),
         scene: Some(SceneInputs::of(&facts.needs)),
     };
     let source = plan_source(&mut plan, facts, &gbuffer, inputs.direct);
@@ -141,7 +145,8 @@ fn plan_scene_for(
             .then(|| plan.external("scene.texels", "materials with textures")),
         objects: (facts.needs.moving_objects > 0).then(|| plan.external("scene.objects", "objects move")),
     };
-    let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct, follows);
+    let glossy = shows_gloss(settings, facts.needs.glossy)?;
+    let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct, follows, glossy);
     let direct = match direct {
         DirectSource::Given => plan.external("direct", "direct light given by the caller"),
         DirectSource::Rendered => {
@@ -152,7 +157,13 @@ fn plan_scene_for(
     let outputs =
         [("depth", gbuffer.depth), ("normal", gbuffer.normal), ("albedo", gbuffer.albedo), ("direct", direct)];
     plan.outputs.extend(outputs);
+    plan.outputs.extend(gbuffer.material.filter(|_| glossy).map(|material| ("material", material)));
     Ok((plan, gbuffer))
+}
+
+/// Whether these settings ask for glossy light in a scene that has glossy materials.
+fn shows_gloss(settings: &Settings, glossy_scene: bool) -> Result<bool, SettingsError> {
+    Ok(glossy_scene && Hierarchical::from_settings(settings)?.glossy == Switch::On)
 }
 
 /// The part of a frame after direct light, on textures `depth`, `normal`, `direct` and `albedo` that
@@ -193,8 +204,11 @@ fn plan_on_textures(
         direct: given("direct"),
         albedo: given("albedo"),
         motion: None,
+        material: None,
         scene,
     };
+    let glossy = shows_gloss(settings, scene.is_some_and(|scene| scene.glossy))?;
+    let inputs = Inputs { material: glossy.then(|| plan.external("material", "given by the caller")), ..inputs };
     plan.outputs.extend([
         ("depth", inputs.depth),
         ("normal", inputs.normal),
@@ -236,13 +250,23 @@ fn plan_indirect_from(
     let half = plan.resources[indirect.0].format() == Some(Format::Rgba16Float);
     let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
     let image = plan.texture("final", size, format, "the image to show");
-    plan.pass(Part::Technique, "composite", variant("composite/composite", &[("float16", half)]))
+    let glossy = plan.outputs.get("glossy").copied().zip(inputs.material);
+    let materials = glossy.map(|_| plan.scene_buffer("scene.materials", "glossy materials"));
+    let mut pass = plan
+        .pass(
+            Part::Technique,
+            "composite",
+            variant("composite/composite", &[("float16", half), ("glossy", glossy.is_some())]),
+        )
         .bind("direct", shown)
         .bind("albedo", inputs.albedo)
         .bind("indirect", indirect)
         .bind("final_image", image)
-        .because("final = direct + albedo * indirect")
-        .over([size[0].div_ceil(COMPOSITE_PIXELS), size[1]]);
+        .because("final = direct + albedo * indirect");
+    if let (Some((glossy, material)), Some(materials)) = (glossy, materials) {
+        pass = pass.bind("glossy", glossy).bind("material", material).bind("materials", materials);
+    }
+    pass.over([size[0].div_ceil(COMPOSITE_PIXELS), size[1]]);
     plan.outputs.extend([("indirect", indirect), ("final", image)]);
     Ok(())
 }
@@ -277,16 +301,18 @@ fn plan_gbuffer(
     scene: &SceneResources,
     direct: DirectSource,
     follows: bool,
+    glossy: bool,
 ) -> GBuffer {
     let size = plan.display_size;
     let depth = plan.texture("depth", size, Format::R32Float, "every technique reads it");
     let normal = plan.texture("normal", size, Format::Rgba16Float, "every technique reads it");
     let albedo = plan.texture("albedo", size, Format::Rgba8UnormSrgb, "reflects direct and indirect light");
     let emitters = needs.emitters && direct == DirectSource::Rendered;
-    let material = (emitters || needs.receive_only).then(|| {
+    let material = (emitters || needs.receive_only || glossy).then(|| {
         let reasons = [
             (emitters, "the scene has emitters, direct light looks them up"),
             (needs.receive_only, "some materials only receive light"),
+            (glossy, "glossy light looks it up"),
         ];
         let reasons: Vec<_> = reasons.into_iter().filter(|(holds, _)| *holds).map(|(_, reason)| reason).collect();
         plan.texture("material", size, Format::R32Uint, reasons.join("; "))
@@ -335,7 +361,8 @@ fn plan_direct(
     let shadow = lit.then(|| plan_shadows(plan, facts, scene, parameters.shadow_map_size));
     let direct = plan.texture("direct", size, Format::Rgba32Float, "the source of indirect light");
     let needs = &facts.needs;
-    let shader = variant("direct/direct_light", &[("lit", lit), ("emitters", needs.emitters)]);
+    let emitters = gbuffer.material.filter(|_| needs.emitters);
+    let shader = variant("direct/direct_light", &[("lit", lit), ("emitters", emitters.is_some())]);
     let lights = needs.directional_lights + needs.spot_lights + needs.point_lights;
     let lights_buffer = lit.then(|| plan.external("scene.lights", "the scene's lights"));
     let mut pass = plan
@@ -352,7 +379,7 @@ fn plan_direct(
             .bind("shadow_layers", entries)
             .bind("shadow_maps", maps);
     }
-    if let Some(material) = gbuffer.material.filter(|_| needs.emitters) {
+    if let Some(material) = emitters {
         pass = pass.bind("material", material).bind("materials", scene.materials);
     }
     pass.over(size);

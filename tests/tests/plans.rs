@@ -394,12 +394,24 @@ fn technique_plans() -> Vec<FramePlan> {
 
 fn every_plan() -> Vec<FramePlan> {
     let scenes = needs();
-    let of = |extra: (&'static str, &'static str)| move |scene: &Scene| plan(scene, "hierarchical", &[extra], SIZE);
-    let extras = [("temporal_a", "0"), ("temporal_a", "0.9"), ("visibility", "auto")];
-    extras
-        .into_iter()
-        .flat_map(|extra| scenes.iter().map(of(extra)).collect::<Vec<_>>())
+    let plans = |extra: (&'static str, &'static str)| {
+        let plan = move |scene| plan(scene, "hierarchical", &[extra], SIZE);
+        scenes.iter().map(plan)
+    };
+    let mut polished = scenes::court();
+    polished.materials[0].specular = [0.5; 3];
+    let glossy = ["float16", "float32"].into_iter().flat_map(|storage| {
+        ["off", "auto"].map(|visibility| {
+            let values = [("glossy", "on"), ("storage", storage), ("visibility", visibility), ("bounces", "2")];
+            plan(&polished, "hierarchical", &values, SIZE)
+        })
+    });
+    let glossy: Vec<_> = glossy.collect();
+    plans(("temporal_a", "0"))
+        .chain(plans(("temporal_a", "0.9")))
+        .chain(plans(("visibility", "auto")))
         .chain(technique_plans())
+        .chain(glossy)
         .collect()
 }
 

@@ -52,6 +52,8 @@ const SETTINGS: &[&[(&str, &str)]] = &[
     &[("visibility", "solid"), ("samples_per_ray", "64"), ("start_resolution", "full"), ("levels", "8")],
     &[("visibility", "auto"), ("radius", "16384"), ("bounces", "3"), ("visibility_bounces", "first")],
     &[("bounces", "8"), ("start_resolution", "full"), ("levels", "1"), ("pyramid_filter", "vote")],
+    &[("glossy", "on"), ("visibility", "surface")],
+    &[("glossy", "on"), ("glossy_importance", "off"), ("start_resolution", "full"), ("levels", "1")],
 ];
 
 fn scan_all(scene: &Scene, size: [u32; 2]) {

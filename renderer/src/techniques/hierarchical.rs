@@ -150,6 +150,16 @@ choice! {
     }
 }
 
+choice! {
+    /// A switch.
+    pub enum Switch {
+        /// No.
+        Off = "off",
+        /// Yes.
+        On = "on",
+    }
+}
+
 impl StartResolution {
     /// Width of a texel of level 0 in pixels of the display.
     pub fn divisor(self) -> u32 {
@@ -199,7 +209,11 @@ parameters! {
         visibility_bounces: VisibilityBounces = VisibilityBounces::All, unit "",
         grid [VisibilityBounces::All, VisibilityBounces::First], role Plan;
         /// Successive samples that share one ray through the voxels: the mean stays, the noise of visibility grows, its cost falls; 1 as published.
-        samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
+        samples_per_ray: u32 = 16, in 1..=64, unit "1", grid [1, 4, 16], role Override("SAMPLES_PER_RAY");
+        /// Light that glossy materials (Ks, Ns) send on towards the eye; its sources stay diffuse and lit directly.
+        glossy: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Plan;
+        /// Whether more samples are drawn where a glossy surface's mirror lobe is; off, as many everywhere.
+        glossy_importance: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override("IMPORTANCE");
     }
 }
 
@@ -260,26 +274,46 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     // Levels coarser than the only one wanted have nothing to add.
     let levels = plan_pyramid(plan, inputs, &parameters, only.unwrap_or(parameters.levels - 1));
     let voxels = visibility::plan_voxels(plan, inputs, &parameters, &levels)?;
-    let gather = Gather { parameters: &parameters, levels: &levels, only, voxels: voxels.as_ref() };
-    let light = gather.bounce(plan, 1, &levels.iter().map(|level| level.surfels).collect::<Vec<_>>());
-    let Some(light) = light else { return Ok(None) };
+    let gather = Gather { parameters: &parameters, levels: &levels, only, voxels: voxels.as_ref(), material: None };
+    let surfels: Vec<_> = levels.iter().map(|level| level.surfels).collect();
+    let Some(light) = gather.light(plan, Light::Bounce(1), &surfels) else { return Ok(None) };
     let light = bounces::plan_bounces(plan, inputs, &gather, light);
-    if levels[0].scale == 1 {
-        return Ok(Some(light));
+    if let Some(material) = inputs.material.filter(|_| parameters.glossy == Switch::On) {
+        let gather = Gather { material: Some(material), ..gather };
+        if let Some(light) = gather.light(plan, Light::Glossy, &surfels) {
+            let glossy = to_display(plan, inputs, &parameters, &levels[0], light, "glossy");
+            plan.outputs.insert("glossy", glossy);
+        }
+    }
+    Ok(Some(to_display(plan, inputs, &parameters, &levels[0], light, "indirect")))
+}
+
+/// Brings light at the resolution of level 0 to the display.
+fn to_display(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    parameters: &Hierarchical,
+    start: &Level,
+    light: ResourceId,
+    name: &str,
+) -> ResourceId {
+    if start.scale == 1 {
+        return light;
     }
     let size = plan.display_size;
     let half = parameters.storage == Storage::Float16;
     let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
-    let display = plan.texture("indirect", size, format, "indirect light at full resolution");
+    let display = plan.texture(name, size, format, format!("{name} light at full resolution"));
     let shader = variant("hierarchical/upsample", &[("to_display", true), ("float16", half)]);
-    upsample(plan, &parameters, Part::Technique, "upsample".into(), &shader, &levels[0], 1)
+    let pass = if name == "indirect" { "upsample".into() } else { format!("upsample_{name}") };
+    upsample(plan, parameters, Part::Technique, pass, &shader, start, 1)
         .bind("coarse_indirect", light)
         .bind("depth", inputs.depth)
         .bind("normal", inputs.normal)
         .bind("indirect", display)
         .because("the gather starts below full resolution")
-        .over(levels[0].size);
-    Ok(Some(display))
+        .over(start.size);
+    display
 }
 
 /// What the gathers of all bounces share.
@@ -289,26 +323,62 @@ struct Gather<'a> {
     /// The one level that gathers, where the others are left out.
     only: Option<u32>,
     voxels: Option<&'a visibility::Voxels>,
+    /// Materials of the pixels, where the light is glossy.
+    material: Option<ResourceId>,
 }
+
+/// What a gather finds.
+#[derive(Clone, Copy, PartialEq)]
+enum Light {
+    /// Diffuse light of this bounce, from 1.
+    Bounce(u32),
+    /// What glossy surfaces send on of the first bounce's light.
+    Glossy,
+}
+
+impl Light {
+    /// Passes of the first bounce have plain names.
+    fn pass_name(self, name: &str) -> String {
+        match self {
+            Self::Bounce(1) => name.into(),
+            Self::Bounce(bounce) => format!("{name}_bounce_{bounce}"),
+            Self::Glossy => format!("{name}_glossy"),
+        }
+    }
+
+    /// Streams of random numbers are counted level by level, bounce by bounce; glossy light comes after all.
+    fn stream(self, k: usize) -> u32 {
+        let turn = if let Self::Bounce(bounce) = self { bounce - 1 } else { MAX_BOUNCES };
+        turn * MAX_LEVELS + k as u32
+    }
+}
+
+/// The most levels and bounces that there are.
+const MAX_LEVELS: u32 = 8;
+const MAX_BOUNCES: u32 = 8;
 
 impl Gather<'_> {
     /// Gathers from these surfels, one texture a level, and combines the levels: light at the resolution of level 0.
     ///
     /// Bounces write the same textures by turns. Two bounces on end must not share the one of level 0, because the
     /// second one starts from the light of the first.
-    fn bounce(&self, plan: &mut FramePlan, bounce: u32, surfels: &[ResourceId]) -> Option<ResourceId> {
+    fn light(&self, plan: &mut FramePlan, light: Light, surfels: &[ResourceId]) -> Option<ResourceId> {
         let Self { parameters, levels, only, .. } = *self;
         let texture = |plan: &mut FramePlan, name: &str, k: usize, reason: &str| {
-            let turn = if k == 0 && bounce.is_multiple_of(2) { "_of_even_bounces" } else { "" };
+            let turn = match light {
+                Light::Bounce(bounce) if k == 0 && bounce.is_multiple_of(2) => "_of_even_bounces",
+                Light::Glossy if k == 0 => "_of_glossy",
+                _ => "",
+            };
             plan.texture_again(format!("{name}_{k}{turn}"), levels[k].size, Format::Rgba32Float, reason)
         };
         let mut gathered = Vec::new();
         for k in 0..levels.len() {
             let wanted = only.is_none_or(|only| only == k as u32);
             gathered.push(wanted.then(|| {
-                let light = texture(plan, "gathered", k, "light that the ring of this level sends");
-                self.level(plan, bounce, k, surfels[k], light);
-                light
+                let gathered = texture(plan, "gathered", k, "light that the ring of this level sends");
+                self.level(plan, light, k, surfels[k], gathered);
+                gathered
             }));
         }
         // Coarsest first.
@@ -317,22 +387,22 @@ impl Gather<'_> {
             let own = gathered[k];
             indirect = match (indirect, own) {
                 (None, own) => own.map(|own| (k, own)),
-                (Some((coarse, light)), own) => {
+                (Some((coarse, coarse_light)), own) => {
                     let combined = texture(plan, "combined", k, "light of this level and all coarser ones");
                     upsample(
                         plan,
                         parameters,
                         Part::Technique,
-                        pass_name(&format!("combine_{k}"), bounce),
+                        light.pass_name(&format!("combine_{k}")),
                         "hierarchical/upsample",
                         &levels[coarse],
                         level.scale,
                     )
                     .constants(&[("GATHERED", f64::from(u8::from(own.is_some())))])
-                    .bind("coarse_indirect", light)
+                    .bind("coarse_indirect", coarse_light)
                     .bind("surfels", level.surfels)
                     // A level that gathered nothing binds any texture of the right kind; it is not read.
-                    .bind("gathered", own.unwrap_or(light))
+                    .bind("gathered", own.unwrap_or(coarse_light))
                     .bind("indirect", combined)
                     .because(format!("adds the light of level {coarse} to level {k}"))
                     .over(levels[coarse].size);
@@ -347,7 +417,7 @@ impl Gather<'_> {
     }
 
     /// One level's ring.
-    fn level(&self, plan: &mut FramePlan, bounce: u32, k: usize, surfels: ResourceId, gathered: ResourceId) {
+    fn level(&self, plan: &mut FramePlan, light: Light, k: usize, surfels: ResourceId, gathered: ResourceId) {
         let Self { parameters, levels, .. } = *self;
         let level = &levels[k];
         let radius = if parameters.radius > 0.0 {
@@ -363,11 +433,13 @@ impl Gather<'_> {
             DiscArea::Sample => (texels * texel_area, 1.0),
             DiscArea::Texel => (texel_area, texels),
         };
-        let tested = bounce == 1 || parameters.visibility_bounces == VisibilityBounces::All;
+        let tested = !matches!(light, Light::Bounce(2..)) || parameters.visibility_bounces == VisibilityBounces::All;
         let voxels = self.voxels.filter(|_| tested).map(|voxels| voxels.level(k));
-        let shader = variant("hierarchical/gather", &[("visibility", voxels.is_some())]);
+        let material =
+            self.material.map(|material| (material, plan.scene_buffer("scene.materials", "glossy materials")));
+        let features = [("visibility", voxels.is_some()), ("glossy", material.is_some())];
         let mut pass = plan
-            .pass(Part::Technique, pass_name(&format!("gather_{k}"), bounce), shader)
+            .pass(Part::Technique, light.pass_name(&format!("gather_{k}")), variant("hierarchical/gather", &features))
             .constants(&parameters.constants())
             .constants(&[("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0)))])
             .param("scale", level.scale as f32)
@@ -375,23 +447,18 @@ impl Gather<'_> {
             .param("outer_square", outer * outer)
             .param("disc_area", disc_area)
             .param("discs", discs)
-            .param("level", (bounce - 1) * MAX_LEVELS + k as u32)
+            .param("level", light.stream(k))
             .bind("surfels", surfels)
             .bind("gathered", gathered)
             .because(format!("ring of {inner:.1} to {outer:.1} texels of {0}x{0} pixels", level.scale));
         if let Some(LevelVoxels { voxels, depth_range }) = voxels {
             pass = pass.bind("voxels", voxels).bind("depth_range", depth_range);
         }
+        if let Some((material, materials)) = material {
+            pass = pass.bind("material", material).bind("materials", materials);
+        }
         pass.over(level.size);
     }
-}
-
-/// The most levels there are: streams of random numbers are counted level by level, bounce by bounce.
-const MAX_LEVELS: u32 = 8;
-
-/// Passes of the first bounce have plain names.
-fn pass_name(name: &str, bounce: u32) -> String {
-    if bounce == 1 { name.into() } else { format!("{name}_bounce_{bounce}") }
 }
 
 fn plan_pyramid(plan: &mut FramePlan, inputs: &Inputs, parameters: &Hierarchical, last: u32) -> Vec<Level> {

@@ -25,6 +25,8 @@ pub struct Inputs {
     pub albedo: ResourceId,
     /// What moves, where something does and the temporal filter follows it.
     pub motion: Option<MotionInputs>,
+    /// Index of each pixel's material, where the plan has glossy light.
+    pub material: Option<ResourceId>,
     /// The scene itself; `None` where only textures are given.
     pub scene: Option<SceneInputs>,
 }
@@ -43,6 +45,8 @@ pub struct MotionInputs {
 pub struct SceneInputs {
     /// Some material has a cut-out texture.
     pub alpha_tested: bool,
+    /// Some material has a specular part.
+    pub glossy: bool,
     /// Some mesh encloses solid matter.
     pub solid_meshes: bool,
     /// Some mesh does not.
@@ -56,6 +60,7 @@ impl SceneInputs {
     pub fn of(needs: &SceneNeeds) -> Self {
         Self {
             alpha_tested: needs.alpha_tested,
+            glossy: needs.glossy,
             solid_meshes: needs.watertight_meshes > 0,
             open_meshes: needs.open_meshes > 0,
             moving: needs.moving_objects > 0,

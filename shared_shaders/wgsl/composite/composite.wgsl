@@ -1,12 +1,16 @@
-// variants: float16
-// final = direct + albedo * indirect (Soler 2009, section 4).
+// variants: float16, glossy
+// final = direct + albedo * indirect (Soler 2009, section 4), and with `glossy` + Ks * glossy (2010).
 @if(float16) import package::common::math::LARGEST_FLOAT16;
+@if(glossy) import package::common::scene::Material;
 
 @group(0) @binding(0) var direct: texture_2d<f32>;
 @group(0) @binding(1) var albedo: texture_2d<f32>;
 @group(0) @binding(2) var indirect: texture_2d<f32>;
 @if(!float16) @group(0) @binding(3) var final_image: texture_storage_2d<rgba32float, write>;
 @if(float16) @group(0) @binding(3) var final_image: texture_storage_2d<rgba16float, write>;
+@if(glossy) @group(0) @binding(4) var glossy: texture_2d<f32>;
+@if(glossy) @group(0) @binding(5) var material: texture_2d<u32>;
+@if(glossy) @group(0) @binding(6) var<storage, read> materials: array<Material>;
 
 // One invocation serves four pixels, a workgroup's width apart, so that starting it costs less than
 // its work and neighbours still read neighbours.
@@ -21,6 +25,11 @@ fn composite(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
         if all(pixel < size) {
             let incident = textureLoad(indirect, pixel, 0).rgb;
             var radiance = textureLoad(direct, pixel, 0).rgb + textureLoad(albedo, pixel, 0).rgb * incident;
+            @if(glossy) {
+                // Where nothing is seen the material is the first one, and no light arrives.
+                let specular = materials[textureLoad(material, pixel, 0).x].specular;
+                radiance += specular * textureLoad(glossy, pixel, 0).rgb;
+            }
             @if(float16) {
                 radiance = min(radiance, vec3f(LARGEST_FLOAT16));
             }

@@ -1,5 +1,6 @@
-// variants: visibility, pairs
+// variants: visibility, glossy, pairs
 // Indirect light that each texel of one level receives from a ring around it (Soler 2009, section 3.2).
+// With `glossy`, what it sends on in its mirror direction towards the eye, for each unit of Ks (2010, section 4).
 // With `visibility`, only from what the voxel grid does not hide (2010). `pairs` is for tests: it answers for given
 // pairs of texels whether one sees the other, and no frame has it.
 import package::common::math::spread2;
@@ -7,6 +8,9 @@ import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::{
     SNORM_16, surfel_depth, surfel_direction, surfel_normal, surfel_offset, surfel_position, surfel_radiance,
 };
+@if(glossy) import package::common::surfel::surfel_pixel;
+@if(glossy) import package::common::scene::Material;
+@if(glossy) import package::hierarchical::lobe::{phong_lobe, screen_direction, draw_angle, inverse_density};
 import package::common::form_factor::{form_factor, pixel_area_factor};
 @if(visibility) import package::common::voxels::{
     Slices, slices_of_range, slice_of_depth, slice_thickness, slice_mask, WORD_SHIFT,
@@ -39,11 +43,16 @@ struct Params {
 @if(pairs && visibility) @group(0) @binding(6) var<storage, read> pairs: array<vec4u>;
 @if(pairs && visibility) @group(0) @binding(7) var answers: texture_storage_2d<r32float, write>;
 
+@if(glossy) @group(0) @binding(8) var material: texture_2d<u32>;
+@if(glossy) @group(0) @binding(9) var<storage, read> materials: array<Material>;
+
 override SAMPLES: u32 = 64u;
 // Equation 4 (true) or Equation 3 (false).
 override POINT_TO_DISC: bool = true;
+// Whether more samples are drawn where the mirror lobe is (true) or as many everywhere.
+@if(glossy) override IMPORTANCE: bool = true;
 // Successive samples that share one ray through the grid.
-@if(visibility) override SAMPLES_PER_RAY: u32 = 8u;
+@if(visibility) override SAMPLES_PER_RAY: u32 = 16u;
 // Whether a filter averages successive frames, which then share out the directions between them.
 override OVER_FRAMES: bool = false;
 
@@ -165,6 +174,9 @@ struct Receiver {
     // From the centre of a full-resolution pixel to its view ray.
     ray_scale: vec2f,
     ray_bias: vec2f,
+    // Mirror direction, unit length, and Phong exponent.
+    @if(glossy) mirror: vec3f,
+    @if(glossy) exponent: f32,
 }
 
 /// Form factor of the surfel whose words stand in the texel of `point`.
@@ -177,9 +189,14 @@ fn sample_factor(receiver: Receiver, point: vec2f, words: vec4u) -> f32 {
     let depth = surfel_depth(words) * receiver.unit;
     let pixel = floor(point) * params.scale + vec2f(surfel_offset(words));
     let ray = vec3f(pixel * receiver.ray_scale + receiver.ray_bias, -1.0);
+    let toward = ray * depth - receiver.position;
+    @if(glossy) let lobe = phong_lobe(
+        dot(receiver.mirror, toward) * inverseSqrt(max(dot(toward, toward), 1e-30)),
+        receiver.exponent,
+    );
     let factor = form_factor(
         receiver.normal,
-        ray * depth - receiver.position,
+        toward,
         ray,
         depth,
         surfel_direction(words),
@@ -188,7 +205,8 @@ fn sample_factor(receiver: Receiver, point: vec2f, words: vec4u) -> f32 {
         POINT_TO_DISC,
     );
     // Outside, a load may give any texel, whose factor is finite all the same.
-    return select(0.0, factor, on_screen);
+    @if(!glossy) { return select(0.0, factor, on_screen); }
+    @if(glossy) { return select(0.0, factor * lobe, on_screen); }
 }
 
 /// The direction to the next sample.
@@ -197,6 +215,19 @@ fn turned(direction: vec2f) -> vec2f {
         direction.x * TURN.x - direction.y * TURN.y,
         direction.x * TURN.y + direction.y * TURN.x,
     );
+}
+
+/// Direction of sample `i`, and what its light is multiplied with because directions are not equally frequent.
+@if(glossy)
+fn draw_direction(random: f32, i: u32, middle: f32, exponent: f32) -> vec3f {
+    // The golden ratio's steps fill the circle evenly, as the golden angle's do for diffuse light.
+    let number = fract(random + f32(i) * 0.6180339887498949);
+    if !IMPORTANCE {
+        let angle = 6.283185307179586 * number;
+        return vec3f(cos(angle), sin(angle), 1.0);
+    }
+    let away = draw_angle(number, exponent);
+    return vec3f(cos(middle + away), sin(middle + away), inverse_density(away, exponent));
 }
 
 @if(visibility)
@@ -216,17 +247,30 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         textureStore(gathered, id.xy, vec4f(0.0));
         return;
     }
+    @if(glossy) let surface = materials[textureLoad(material, vec2u(surfel_pixel(own, id.xy, params.scale)), 0).x];
+    @if(glossy) {
+        if !any(surface.specular > vec3f(0.0)) {
+            textureStore(gathered, id.xy, vec4f(0.0));
+            return;
+        }
+    }
     let unit = 1.0 / surfel_depth(own);
     let ray_scale = vec2f(2.0, -2.0) * view.tan_half_fov / view.display_size;
-    let receiver = Receiver(
-        surfel_normal(own),
-        surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov) * unit,
-        unit,
-        pixel_area_factor(view.tan_half_fov, view.display_size) * params.disc_area,
-        0.5 * view.display_size / params.scale,
-        ray_scale,
-        vec2f(-1.0, 1.0) * view.tan_half_fov + 0.5 * ray_scale,
-    );
+    // Lengths are in the receiver's depth, so this is its view ray, too.
+    let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov) * unit;
+    @if(glossy) let mirror = reflect(normalize(position), surfel_normal(own));
+    var receiver: Receiver;
+    receiver.normal = surfel_normal(own);
+    receiver.position = position;
+    receiver.unit = unit;
+    receiver.area = pixel_area_factor(view.tan_half_fov, view.display_size) * params.disc_area;
+    receiver.half_extent = 0.5 * view.display_size / params.scale;
+    receiver.ray_scale = ray_scale;
+    receiver.ray_bias = vec2f(-1.0, 1.0) * view.tan_half_fov + 0.5 * ray_scale;
+    @if(glossy) {
+        receiver.mirror = mirror;
+        receiver.exponent = surface.phong_exponent;
+    }
     let random = spread2(id.xy, view.frame, params.level, view.seed, OVER_FRAMES);
     let centre = vec2f(id.xy) + 0.5;
     // Samples are stratified over the ring's area: equal steps of the squared radius.
@@ -234,14 +278,20 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     var square = params.inner_square + step * random.x;
     let angle = 6.283185307179586 * random.y;
     var direction = vec2f(cos(angle), sin(angle));
+    @if(glossy) let heading = screen_direction(mirror, position);
+    // A mirror direction along the view ray has no direction on the screen; any serves.
+    @if(glossy) let middle = select(0.0, atan2(heading.y, heading.x), dot(heading, heading) > 0.0);
     var sum = vec3f(0.0);
     @if(!visibility) {
         for (var i = 0u; i < SAMPLES; i++) {
+            @if(glossy) let drawn = draw_direction(random.y, i, middle, receiver.exponent);
+            @if(glossy) { direction = drawn.xy; }
             let point = centre + sqrt(square) * direction;
             square += step;
-            direction = turned(direction);
+            @if(!glossy) { direction = turned(direction); }
             let words = textureLoad(surfels, vec2i(floor(point)), 0);
-            sum += surfel_radiance(words) * sample_factor(receiver, point, words);
+            @if(!glossy) { sum += surfel_radiance(words) * sample_factor(receiver, point, words); }
+            @if(glossy) { sum += surfel_radiance(words) * (sample_factor(receiver, point, words) * drawn.z); }
         }
     }
     @if(visibility) {
@@ -255,11 +305,14 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             var picked_strength = 0.0;
             var picked = vec2f(0.0);
             for (var i = 0u; i < SAMPLES_PER_RAY; i++) {
+                @if(glossy) let drawn = draw_direction(random.y, first + i, middle, receiver.exponent);
+                @if(glossy) { direction = drawn.xy; }
                 let point = centre + sqrt(square) * direction;
                 square += step;
-                direction = turned(direction);
+                @if(!glossy) { direction = turned(direction); }
                 let words = textureLoad(surfels, vec2i(floor(point)), 0);
-                let light = largest(surfel_radiance(words)) * sample_factor(receiver, point, words);
+                var light = largest(surfel_radiance(words)) * sample_factor(receiver, point, words);
+                @if(glossy) { light *= drawn.z; }
                 // The last ray may have fewer samples.
                 let strength = select(0.0, light, first + i < SAMPLES);
                 let before = strength_of_all;

@@ -3,7 +3,7 @@
 
 use wgpu::TextureFormat as Format;
 
-use super::{Gather, pass_name};
+use super::{Gather, Light};
 use crate::{
     frame::variant,
     plan::{FramePlan, Part, ResourceId},
@@ -32,7 +32,7 @@ pub(super) fn plan_bounces(plan: &mut FramePlan, inputs: &Inputs, gather: &Gathe
     let (mut light, mut total) = (first, first);
     for bounce in 2..=bounces {
         let surfels = relight(plan, gather, albedo, light, bounce);
-        let Some(next) = gather.bounce(plan, bounce, &surfels) else { return total };
+        let Some(next) = gather.light(plan, Light::Bounce(bounce), &surfels) else { return total };
         light = next;
         let turn = bounce % 2;
         let sum =
@@ -66,7 +66,7 @@ fn relight(
         );
         let shader = variant("hierarchical/relight", &[("finest", all.is_empty())]);
         let pass = plan
-            .pass(Part::Technique, pass_name(&format!("relight_{}", level.scale), bounce), shader)
+            .pass(Part::Technique, Light::Bounce(bounce).pass_name(&format!("relight_{}", level.scale)), shader)
             .bind("surfels", level.surfels)
             .bind("relit", relit)
             .because(format!("bounce {bounce} starts from the light of bounce {}", bounce - 1));

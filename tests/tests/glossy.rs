@@ -1,0 +1,110 @@
+//! The glossy last bounce: where samples are drawn, and what they bring.
+#![allow(clippy::unwrap_used)]
+
+use glam::DVec3;
+use halflight_evaluator::session::Session;
+use halflight_renderer::{SceneFacts, plan_frame, plan_technique};
+use halflight_scenes::Scene;
+use halflight_tests::{device, frames, known, mean_luminance, oracle::GBuffer, request, scenes, settings};
+
+/// The court with a glossy floor.
+fn polished(exponent: f32) -> Scene {
+    let mut scene = scenes::court();
+    scene.materials[0].specular = [0.5; 3];
+    scene.materials[0].phong_exponent = exponent;
+    scene
+}
+
+#[test]
+fn gloss_costs_nothing_where_no_material_has_any_or_the_switch_is_off() {
+    let plan = |scene: &Scene, glossy| {
+        let values = settings("hierarchical", &[("glossy", glossy)]);
+        plan_frame(&SceneFacts::of(scene), known("hierarchical"), &values, [64, 36], Default::default()).unwrap()
+    };
+    let (matt, polished) = (scenes::court(), polished(32.0));
+    assert_eq!(plan(&matt, "on"), plan(&matt, "off"));
+    let (off, on) = (plan(&polished, "off"), plan(&polished, "on"));
+    assert_eq!(off, plan(&matt, "off"));
+    let names: Vec<&str> = on.passes.iter().map(|pass| pass.name.as_str()).collect();
+    let added: Vec<_> = names.into_iter().filter(|name| off.find(name).is_none()).collect();
+    let gathers = ["gather_0_glossy", "gather_1_glossy", "gather_2_glossy", "gather_3_glossy"];
+    let combines = ["combine_2_glossy", "combine_1_glossy", "combine_0_glossy", "upsample_glossy"];
+    assert_eq!(added, [&gathers[..], &combines].concat());
+    assert_eq!(on.find("composite").unwrap().shader, "composite/composite+float16+glossy");
+    // On textures alone there are no materials: nothing glossy is planned.
+    let alone =
+        plan_technique(known("hierarchical"), &settings("hierarchical", &[("glossy", "on")]), [64, 36]).unwrap();
+    assert!(!alone.outputs.contains_key("glossy"));
+}
+
+/// Mean over many frames, and the variance of one, of the glossy light.
+fn measured(scene: &Scene, importance: &str, more: &[(&str, &str)], count: u32) -> (f64, f64) {
+    let session = Session::new(device(), scene);
+    let base = [("glossy", "on"), ("glossy_importance", importance), ("storage", "float32")];
+    let request = request("hierarchical", &[&base[..], more].concat(), [128, 72]);
+    let (image, deviation) = frames(&session, &request).mean_over_frames("glossy", count).unwrap();
+    (mean_luminance(&image), deviation * deviation)
+}
+
+#[test]
+fn importance_keeps_the_mean_and_lowers_the_variance_of_narrow_lobes() {
+    for exponent in [4.0, 32.0, 128.0, 1024.0] {
+        let scene = polished(exponent);
+        for samples in ["1", "64"] {
+            let of = |importance| measured(&scene, importance, &[("samples", samples), ("disc_area", "texel")], 48);
+            let [even, drawn] = ["off", "on"].map(of);
+            let (ratio, gain) = (drawn.0 / even.0, even.1 / drawn.1);
+            println!(
+                "exponent {exponent}, {samples} samples: mean {ratio:.4} of even sampling's, variance {gain:.2} times lower"
+            );
+            // Noise of 48 frames in the mean of thousands of pixels; a narrow lobe is hit by few even samples.
+            let noise = if samples == "1" { 0.1 } else { 0.03 };
+            assert!((ratio - 1.0).abs() < noise, "exponent {exponent}, {samples} samples: {ratio}");
+            // The paper's gaussian has a fixed width on the screen, and alpha takes 0.63 of its area beside the
+            // gaussian's sqrt(2) pi / sqrt(s): wide lobes gain little, and even directions are stratified well.
+            assert!(exponent < 1024.0 || gain > 1.5, "exponent {exponent}, {samples} samples: {gain}");
+        }
+    }
+}
+
+#[test]
+fn glossy_light_is_that_of_the_exhaustive_sum() {
+    for exponent in [4.0, 32.0] {
+        let scene = polished(exponent);
+        let session = Session::new(device(), &scene);
+        let values = [
+            ("glossy", "on"),
+            ("start_resolution", "full"),
+            ("levels", "1"),
+            ("disc_area", "texel"),
+            ("samples", "256"),
+            ("storage", "float32"),
+        ];
+        let mut frames = frames(&session, &request("hierarchical", &values, [64, 36]));
+        let image = frames.mean_over_frames("glossy", 48).unwrap().0;
+        let gbuffer = GBuffer::read(&frames);
+        // The floor and the front of the block have the first material.
+        let glossy: Vec<bool> = image.iter().map(|pixel| pixel[0] > 0.0).collect();
+        let mut sum = 0.0;
+        for (receiver, _) in gbuffer.pixels.iter().zip(&glossy).filter(|(_, glossy)| **glossy) {
+            let ray = receiver.position.normalize();
+            let mirror = ray - 2.0 * ray.dot(receiver.normal) * receiver.normal;
+            let light: DVec3 = gbuffer
+                .pixels
+                .iter()
+                .filter(|source| source.depth > 0.0 && source.radiance.max_element() > 0.0)
+                .map(|source| {
+                    let toward = (source.position - receiver.position).normalize_or_zero();
+                    let lobe =
+                        0.5 * (f64::from(exponent) + 2.0) * mirror.dot(toward).max(0.0).powf(f64::from(exponent));
+                    source.radiance * gbuffer.form_factor(receiver, source, 1.0, true) * lobe
+                })
+                .sum();
+            sum += mean_luminance(&[light.as_vec3().to_array()]);
+        }
+        let ratio = mean_luminance(&image) * image.len() as f64 / sum;
+        println!("exponent {exponent}: {ratio:.4} of the sum over every pixel");
+        // One gather without a hierarchy: strata, drawn directions and noise are all that is left.
+        assert!((ratio - 1.0).abs() < 0.03, "exponent {exponent}: {ratio}");
+    }
+}

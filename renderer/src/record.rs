@@ -9,7 +9,7 @@ use wgpu::util::DeviceExt;
 use crate::{
     Gpu, SceneBuffers, View,
     gpu::known_shader,
-    plan::{FramePlan, Part, Pass, ResourceId, ResourceKind, Work},
+    plan::{FramePlan, Part, Pass, Resource, ResourceId, ResourceKind, Work},
     uniform,
 };
 
@@ -27,7 +27,10 @@ pub struct Externals<'a> {
 pub struct Recording {
     plan: FramePlan,
     textures: Vec<Option<wgpu::Texture>>,
+    buffers: Vec<Option<wgpu::Buffer>>,
     passes: Vec<ReadyPass>,
+    /// Uniform block `params` of each pass that has one.
+    params: Vec<Option<wgpu::Buffer>>,
     view: wgpu::Buffer,
     view_layout: Option<&'static BindingKind>,
     indices: Option<(wgpu::Buffer, u32)>,
@@ -89,9 +92,12 @@ impl Recording {
             .resources
             .iter()
             .map(|resource| match (&resource.kind, externals.scene) {
-                (ResourceKind::Data { bytes }, _) => {
-                    Some(make_buffer(gpu, &resource.name, bytes, wgpu::BufferUsages::STORAGE))
-                }
+                (ResourceKind::Data { bytes }, _) => Some(make_buffer(
+                    gpu,
+                    &resource.name,
+                    bytes,
+                    wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+                )),
                 (ResourceKind::External, Some(scene)) => scene.by_name(&resource.name).cloned(),
                 _ => None,
             })
@@ -104,16 +110,55 @@ impl Recording {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let params: Vec<_> = plan
+            .passes
+            .iter()
+            .map(|pass| {
+                let block = params_block(pass)?;
+                Some(make_buffer(gpu, &pass.name, &block, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST))
+            })
+            .collect();
         let maker = Maker { gpu, plan: &plan, textures: &textures, buffers: &buffers, view: &view };
-        let passes = plan.passes.iter().map(|pass| maker.ready(pass)).collect();
+        let passes = plan.passes.iter().zip(&params).map(|(pass, params)| maker.ready(pass, params.as_ref())).collect();
         Self {
             passes,
+            params,
             view_layout,
             indices: externals.scene.map(|scene| (scene.indices.clone(), scene.index_count)),
             timer: Timer::new(gpu, plan.passes.len()),
             plan,
             textures,
+            buffers,
             view,
+        }
+    }
+
+    /// Takes over a plan that differs from the recorded one only in numbers: uniform values and the contents of
+    /// buffers, as where a light moved. Returns false, and changes nothing, where more than that differs.
+    pub fn update(&mut self, gpu: &Gpu, plan: &FramePlan) -> bool {
+        if !same_but_for_numbers(&self.plan, plan) {
+            return false;
+        }
+        for ((old, new), buffer) in self.plan.passes.iter().zip(&plan.passes).zip(&self.params) {
+            if let (true, Some(buffer), Some(block)) = (old.params != new.params, buffer, params_block(new)) {
+                gpu.queue.write_buffer(buffer, 0, &block);
+            }
+        }
+        for ((old, new), buffer) in self.plan.resources.iter().zip(&plan.resources).zip(&self.buffers) {
+            if let (true, ResourceKind::Data { bytes }, Some(buffer)) = (old.kind != new.kind, &new.kind, buffer) {
+                gpu.queue.write_buffer(buffer, 0, bytes);
+            }
+        }
+        self.plan.clone_from(plan);
+        true
+    }
+
+    /// Frees the textures that the plan made. A browser otherwise keeps them until it collects garbage.
+    pub fn destroy(self) {
+        for (resource, texture) in self.plan.resources.iter().zip(&self.textures) {
+            if let (ResourceKind::Texture { .. }, Some(texture)) = (&resource.kind, texture) {
+                texture.destroy();
+            }
         }
     }
 
@@ -155,6 +200,14 @@ impl Recording {
                 encoder.finish()
             })
             .collect()
+    }
+
+    /// Adds one pass to an encoder, this many times over and without timestamps: the way to learn what it costs where
+    /// timestamps are missing or coarse. Uses the view of the last frame.
+    pub fn record_repeated(&self, encoder: &mut wgpu::CommandEncoder, pass: usize, times: u32) {
+        for _ in 0..times {
+            self.record_pass(encoder, pass, None);
+        }
     }
 
     fn set_view(&self, gpu: &Gpu, view: &View) {
@@ -272,6 +325,36 @@ impl Timer {
     }
 }
 
+/// The contents of a pass's uniform block `params`; `None` where its shader has none.
+fn params_block(pass: &Pass) -> Option<Vec<u8>> {
+    bindings(pass).into_iter().find_map(|binding| match &binding.kind {
+        BindingKind::Uniform { size, members } if binding.name != "view" => {
+            Some(uniform::pack(*size, members, &pass.params, &pass.name))
+        }
+        _ => None,
+    })
+}
+
+fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {
+    let same_resource = |(old, new): (&Resource, &Resource)| {
+        old.name == new.name
+            && match (&old.kind, &new.kind) {
+                (ResourceKind::Data { bytes: old }, ResourceKind::Data { bytes: new }) => old.len() == new.len(),
+                (old, new) => old == new,
+            }
+    };
+    let same_pass = |(old, new): (&Pass, &Pass)| {
+        (&old.name, &old.shader, &old.constants, &old.bindings, &old.work)
+            == (&new.name, &new.shader, &new.constants, &new.bindings, &new.work)
+    };
+    old.display_size == new.display_size
+        && old.outputs == new.outputs
+        && old.resources.len() == new.resources.len()
+        && old.passes.len() == new.passes.len()
+        && old.resources.iter().zip(&new.resources).all(same_resource)
+        && old.passes.iter().zip(&new.passes).all(same_pass)
+}
+
 /// Distinct resource variables of a pass's shader.
 fn bindings(pass: &Pass) -> Vec<&'static Binding> {
     let shader = known_shader(&pass.shader);
@@ -293,21 +376,21 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    fn ready(&self, pass: &Pass) -> ReadyPass {
+    fn ready(&self, pass: &Pass, params: Option<&wgpu::Buffer>) -> ReadyPass {
         let shader = known_shader(&pass.shader);
         match &pass.work {
             Work::Dispatch { entry, size } => {
                 let entry = shader.entry_points.iter().find(|e| e.name == *entry).unwrap_or(&shader.entry_points[0]);
                 debug_assert_eq!(entry.stage, Stage::Compute);
                 let pipeline = self.gpu.compute_pipeline(shader, entry, &pass.constants);
-                let group = self.group(pass, |index| pipeline.get_bind_group_layout(index));
+                let group = self.group(pass, params, |index| pipeline.get_bind_group_layout(index));
                 let workgroups = [size[0].div_ceil(entry.workgroup_size[0]), size[1].div_ceil(entry.workgroup_size[1])];
                 ReadyPass::Compute { pipeline, group, workgroups }
             }
             Work::Draw { targets, depth } => {
                 let formats: Vec<_> = targets.iter().map(|&id| self.texture(pass, id).format()).collect();
                 let pipeline = self.gpu.render_pipeline(shader, &formats);
-                let group = self.group(pass, |index| pipeline.get_bind_group_layout(index));
+                let group = self.group(pass, params, |index| pipeline.get_bind_group_layout(index));
                 let colors =
                     targets.iter().map(|&id| self.texture(pass, id).create_view(&Default::default())).collect();
                 let depth = self.texture(pass, depth.0).create_view(&wgpu::TextureViewDescriptor {
@@ -327,7 +410,12 @@ impl Maker<'_> {
             .unwrap_or_else(|| panic!("{}: no texture {}", pass.name, self.plan.resources[id.0].name))
     }
 
-    fn group(&self, pass: &Pass, layout: impl Fn(u32) -> wgpu::BindGroupLayout) -> Option<wgpu::BindGroup> {
+    fn group(
+        &self,
+        pass: &Pass,
+        params: Option<&wgpu::Buffer>,
+        layout: impl Fn(u32) -> wgpu::BindGroupLayout,
+    ) -> Option<wgpu::BindGroup> {
         enum Held {
             View(wgpu::TextureView),
             Buffer(wgpu::Buffer),
@@ -343,10 +431,9 @@ impl Maker<'_> {
                 };
                 let held = match &binding.kind {
                     BindingKind::Uniform { .. } if binding.name == "view" => Held::Buffer(self.view.clone()),
-                    BindingKind::Uniform { size, members } => {
-                        let block = uniform::pack(*size, members, &pass.params, &pass.name);
-                        Held::Buffer(make_buffer(self.gpu, &pass.name, &block, wgpu::BufferUsages::UNIFORM))
-                    }
+                    BindingKind::Uniform { .. } => Held::Buffer(
+                        params.cloned().unwrap_or_else(|| panic!("{} binds nothing to {}", pass.name, binding.name)),
+                    ),
                     BindingKind::Storage { .. } => Held::Buffer(
                         self.buffers[id().0]
                             .clone()

@@ -95,15 +95,26 @@ impl SceneBuffers {
         };
         use bytemuck::cast_slice;
         let none = wgpu::BufferUsages::empty();
+        let copied_to = wgpu::BufferUsages::COPY_DST;
         Self {
             vertices: storage("scene.vertices", cast_slice(&vertices), size_of::<Vertex>(), none),
             indices: storage("scene.indices", cast_slice(&indices), 4, wgpu::BufferUsages::INDEX),
             materials: storage("scene.materials", cast_slice(&materials), size_of::<Material>(), none),
             texels: storage("scene.texels", cast_slice(&texels), 4, none),
-            lights: storage("scene.lights", cast_slice(&lights), size_of::<GpuLight>(), none),
+            lights: storage("scene.lights", cast_slice(&lights), size_of::<GpuLight>(), copied_to),
             index_count: indices.len() as u32,
             light_count: lights.len() as u32,
         }
+    }
+
+    /// Takes over lights that moved or changed their brightness. Returns false, and changes nothing, where their number
+    /// is another one. The shadows follow with the plan: see [`crate::Recording::update`].
+    pub fn relight(&self, gpu: &Gpu, moved: &[Light]) -> bool {
+        let same = moved.len() == self.light_count as usize;
+        if same && !moved.is_empty() {
+            gpu.queue.write_buffer(&self.lights, 0, bytemuck::cast_slice(&lights(moved)));
+        }
+        same
     }
 
     /// The buffer that a plan calls by this name, for example `scene.vertices`.

@@ -46,6 +46,10 @@ pub trait Host {
     fn link(&self, state: &str) -> String;
     /// Gives a file to the user; returns a sentence that says where it went, or why it did not.
     fn save(&mut self, name: &str, contents: &str) -> String;
+    /// What the host knows of the adapter, where wgpu knows nothing.
+    fn adapter(&self) -> Option<String> {
+        None
+    }
     /// Called once, when the first picture is on the screen.
     fn first_picture(&mut self) {}
     /// Whether files on disk can be read by their path.
@@ -147,6 +151,8 @@ impl Viewer {
         render.device.set_device_lost_callback(move |reason, message| lost(format!("{reason:?}: {message}")));
         let info = render.adapter.get_info();
         let adapter = [&info.name, &info.driver].map(String::as_str).join(" ").trim().to_owned();
+        let adapter = Some(adapter).filter(|name| !name.is_empty()).or_else(|| host.adapter());
+        let adapter = adapter.unwrap_or_else(|| "unnamed adapter".into());
         let (benchmark, rest): (Vec<&str>, Vec<&str>) =
             address.split('&').partition(|part| part.starts_with("benchmark"));
         let (mut state, messages) = address::read(&rest.join("&"));
@@ -161,7 +167,7 @@ impl Viewer {
             state,
             shown_address: String::new(),
             gpu: Gpu::new(render.device.clone(), render.queue.clone()),
-            adapter: if adapter.is_empty() { "unnamed adapter".into() } else { adapter },
+            adapter,
             stage: None,
             loaded: String::new(),
             dropped: None,
@@ -485,7 +491,9 @@ impl Viewer {
             side.look(gpu, &self.state.view, look, truth, renderer);
         }
         let rounds = if self.benchmark { benchmark::ROUNDS } else { POINT_ROUNDS };
-        side.draw(gpu, stage, moment, self.playing.is_none(), rounds) == Progress::Busy
+        // The first picture comes before any measurement.
+        let measure = self.playing.is_none() && (self.exposure.is_some() || self.state.exposure.is_some());
+        side.draw(gpu, stage, moment, measure, rounds) == Progress::Busy
     }
 
     /// Finds the exposure from the direct light of A, which no setting of a technique changes.

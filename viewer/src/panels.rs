@@ -1,6 +1,6 @@
 //! Controls: parameters from their declarations, presets, lights, camera.
 
-use eframe::egui::{ComboBox, DragValue, RichText, Slider, Ui};
+use eframe::egui::{ComboBox, DragValue, RichText, Slider, Ui, vec2};
 use halflight_renderer::{
     parameters::{Kind, Parameter, Role, Value},
     techniques::{TECHNIQUES, parameters_of},
@@ -15,6 +15,9 @@ use crate::{
 
 /// Range of whole numbers or lengths above which a slider is logarithmic.
 const LOGARITHMIC_ABOVE: f64 = 100.0;
+
+/// Width of a parameter's name, points.
+const LABEL: f32 = 126.0;
 
 /// Technique, presets and parameters of a side. `name` tells the sides apart.
 pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, marks: &mut Marks) {
@@ -68,18 +71,11 @@ fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Para
     let title = parameter.name.replace('_', " ");
     let tooltip = tooltip(parameter);
     ui.horizontal_wrapped(|ui| {
-        let label = ui.label(title).on_hover_text(&tooltip);
-        if side.settings.contains_key(&key) {
-            let reset = ui.small_button("reset").on_hover_text(format!("Back to {}", parameter.default));
-            marks.add(&format!("{name}.{key}.reset"), reset.rect);
-            if reset.clicked() {
-                value = parameter.default.clone();
-            }
-        }
-        if !matches!(parameter.unit, "" | "1") {
-            ui.label(RichText::new(parameter.unit).weak());
-        }
-        ui.end_row();
+        let label = ui.allocate_ui(vec2(LABEL, 20.0), |ui| {
+            ui.set_min_width(LABEL);
+            ui.label(title).on_hover_text(&tooltip)
+        });
+        let label = label.inner;
         let response = match (parameter.kind, &mut value) {
             (Kind::Int(low, high), Value::Int(number)) => {
                 ui.add(Slider::new(number, low..=high).logarithmic((high - low) as f64 > LOGARITHMIC_ABOVE))
@@ -104,6 +100,16 @@ fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Para
         };
         marks.add(&format!("{name}.{key}"), response.rect);
         response.labelled_by(label.id).on_hover_text(&tooltip);
+        if !matches!(parameter.unit, "" | "1") {
+            ui.label(RichText::new(parameter.unit).weak().small());
+        }
+        if side.settings.contains_key(&key) {
+            let reset = ui.small_button("reset").on_hover_text(format!("Back to {}", parameter.default));
+            marks.add(&format!("{name}.{key}.reset"), reset.rect);
+            if reset.clicked() {
+                value = parameter.default.clone();
+            }
+        }
     });
     if value != before
         && let Ok(value) = parameter.check(&value)

@@ -81,6 +81,8 @@ pub struct Side {
     /// How they are measured.
     pub method: Method,
     frames_left: u32,
+    /// Whether a frame of the current moment has been drawn to its end.
+    drawn: bool,
     indirect: Option<TextureReading>,
     /// Incident indirect light of the last frame, once it was read.
     pub light: Option<Vec<[f32; 3]>>,
@@ -140,6 +142,7 @@ impl Side {
             repeater: Repeater::default(),
             method,
             frames_left: 0,
+            drawn: false,
             indirect: None,
             light: None,
             rel_mse: None,
@@ -171,7 +174,7 @@ impl Side {
             std::mem::replace(self, fresh).destroy();
             (self.texture, self.method) = (texture, method);
         }
-        self.moment = None;
+        (self.moment, self.drawn) = (None, false);
         Ok(true)
     }
 
@@ -188,6 +191,7 @@ impl Side {
             let Some(took) = work.milliseconds() else { return Progress::Busy };
             self.frame_ms = Some(took);
             self.drawing = None;
+            self.drawn = true;
         }
         if let Some(reading) = &self.timestamps {
             let Some(bytes) = reading.take() else { return Progress::Busy };
@@ -204,6 +208,7 @@ impl Side {
         let moved = self.moment != Some(moment);
         if moved {
             self.frames_left = MEASURED_FRAMES;
+            self.drawn = false;
             (self.light, self.indirect, self.rel_mse, self.judged) = (None, None, None, 0);
         }
         let by_repetition = self.method != Method::Timestamps;
@@ -310,9 +315,9 @@ impl Side {
         &self.configuration
     }
 
-    /// Whether the last frame has been drawn to its end.
+    /// Whether a frame of the current moment has been drawn to its end; more of them may be under way, to be measured.
     pub fn is_drawn(&self) -> bool {
-        self.moment.is_some() && self.drawing.as_ref().is_none_or(|work| work.milliseconds().is_some())
+        self.moment.is_some() && self.drawn
     }
 
     /// Running medians of one part of the frame, milliseconds.

@@ -50,14 +50,17 @@ async function open() {
       "Update the graphics driver.",
     ], "", open);
   }
+  const { vendor, architecture, description } = adapter.info ?? {};
+  window.halflightAdapter = [vendor, architecture, description].filter(Boolean).join(" ");
   try {
-    program ??= await import("./halflight_web.js").then(async (module) => (await module.default(), module));
+    program ??= await import("./halflight_web.js").then(async (module) => (await module.default({ module_or_path: "halflight_web_bg.wasm" }), module));
     const address = location.hash.slice(1);
     await program.start(freshCanvas(), address);
     byId("message").hidden = true;
     window.halflight = program;
     byId("view").focus();
   } catch (error) {
+    console.error(error);
     say("The viewer could not start", "The graphics device did not give what the viewer asks for.", [
       "Close other pages that use much graphics memory, then try again.",
       "Update the browser and the graphics driver.",

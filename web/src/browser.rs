@@ -42,6 +42,11 @@ impl Host for Page {
         format!("{name} is among your downloads")
     }
 
+    fn adapter(&self) -> Option<String> {
+        let window = web_sys::window()?;
+        js_sys::Reflect::get(&window, &"halflightAdapter".into()).ok()?.as_string()
+    }
+
     fn first_picture(&mut self) {
         let Some(window) = web_sys::window() else { return };
         let now = window.performance().map_or(f64::NAN, |performance| performance.now());

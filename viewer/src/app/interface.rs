@@ -22,8 +22,11 @@ pub(super) fn style(ctx: &egui::Context) {
     ctx.all_styles_mut(|style| {
         style.spacing.item_spacing = egui::vec2(8.0, 6.0);
         style.spacing.interact_size.y = 24.0;
-        style.spacing.slider_width = 150.0;
+        style.spacing.slider_width = 96.0;
         style.spacing.combo_width = 110.0;
+        // At least 7 : 1 for text and 6 : 1 for asides against the panels.
+        style.visuals.widgets.noninteractive.fg_stroke.color = egui::Color32::from_gray(208);
+        style.visuals.weak_text_color = Some(egui::Color32::from_gray(164));
         for (kind, size) in [
             (egui::TextStyle::Small, 12.0),
             (egui::TextStyle::Body, 14.0),

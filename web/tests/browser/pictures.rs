@@ -1,17 +1,21 @@
 //! The browser's picture against that of the native evaluator.
 
+use std::path::Path;
+
 use halflight_evaluator::{
     metrics::{flip_map, masked_mean},
     session::{Request, Session, open_adapter},
 };
 use halflight_native::images::{auto_exposure, tone_map_all};
 use halflight_renderer::techniques::technique;
+use halflight_scenes::{DiskFiles, load_scene};
 
 use crate::{alone, open, settled};
 
 #[test]
 fn the_browser_draws_what_the_evaluator_draws() {
     let _alone = alone();
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
     let native = open_adapter("software").unwrap();
     for (scene, [width, height]) in [("cornell", [640, 360]), ("atrium", [320, 180])] {
         let mut page = open(&format!("scene={scene}&size={width}x{height}&truth=off"));
@@ -28,7 +32,7 @@ fn the_browser_draws_what_the_evaluator_draws() {
         let values: Vec<f32> = bytes.chunks_exact(4).map(|four| f32::from_le_bytes(four.try_into().unwrap())).collect();
         let browser: Vec<[f32; 3]> = values.chunks_exact(4).map(|texel| [texel[0], texel[1], texel[2]]).collect();
 
-        let scene_data = halflight_viewer::scenes::bundled(scene).unwrap();
+        let scene_data = load_scene(&DiskFiles, &scenes.join(format!("{scene}.toml"))).unwrap();
         let session = Session::new(&native, &scene_data);
         let request = Request {
             technique: technique("hierarchical").unwrap(),

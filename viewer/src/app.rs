@@ -20,14 +20,14 @@ use crate::{
     plot::{Trade, Tried},
     readback::TextureReading,
     report::{PassReport, Report, SideReport},
-    scenes,
     show::Look,
     stage::{Moment, Progress, Side, Stage},
-    state::{DROPPED, LightChange, State},
+    state::{LightChange, State},
     undo::Undo,
 };
 
 mod interface;
+mod receive;
 
 /// Time for which the camera must rest before the path tracer starts.
 const REST: Duration = Duration::from_millis(500);
@@ -35,8 +35,9 @@ const REST: Duration = Duration::from_millis(500);
 const PLAY_SPEED: f32 = 0.4;
 /// Part of the scene's diagonal whose depth shows as middle grey.
 const DEPTH_RANGE: f32 = 0.25;
-/// Measurements of every pass before its median counts as a point of the plot.
-const POINT_ROUNDS: usize = 3;
+
+/// Parts of the names of software adapters, as browsers give them.
+const SOFTWARE: [&str; 4] = ["swiftshader", "llvmpipe", "lavapipe", "Basic Render"];
 
 /// What the surroundings do for the application: a page or a window.
 pub trait Host {
@@ -94,6 +95,7 @@ pub struct Viewer {
     shown_address: String,
     gpu: Gpu,
     adapter: String,
+    software: bool,
     stage: Option<Stage>,
     /// Scene of `stage`, or the one that could not be loaded.
     loaded: String,
@@ -167,6 +169,7 @@ impl Viewer {
             state,
             shown_address: String::new(),
             gpu: Gpu::new(render.device.clone(), render.queue.clone()),
+            software: info.device_type == wgpu::DeviceType::Cpu || SOFTWARE.iter().any(|name| adapter.contains(name)),
             adapter,
             stage: None,
             loaded: String::new(),
@@ -278,116 +281,6 @@ impl Viewer {
         }
     }
 
-    /// Takes what was dropped, and what the device complained about.
-    fn receive(&mut self, ctx: &egui::Context) {
-        let said: Vec<_> = self.said.lock().unwrap_or_else(PoisonError::into_inner).drain(..).collect();
-        said.into_iter().for_each(|sentence| self.say(sentence));
-        let files = ctx.input(|i| i.raw.dropped_files.clone());
-        if !files.is_empty() {
-            self.read_dropped(ctx, files);
-        }
-        let arrived: Vec<_> = self.inbox.lock().unwrap_or_else(PoisonError::into_inner).drain(..).collect();
-        for files in arrived {
-            if let Err(sentence) = files.and_then(|files| self.open_now(files)) {
-                self.say(sentence);
-            }
-        }
-    }
-
-    #[cfg(target_arch = "wasm32")]
-    fn read_dropped(&mut self, ctx: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
-        let (inbox, ctx) = (self.inbox.clone(), ctx.clone());
-        wasm_bindgen_futures::spawn_local(async move {
-            let mut read = Vec::new();
-            for file in files {
-                let name = file.path().to_string_lossy().into_owned();
-                read.push(match file.bytes_async().await {
-                    Ok(bytes) => Ok((name, bytes)),
-                    Err(reason) => Err(format!("{name} cannot be read ({reason}); drop it again")),
-                });
-            }
-            inbox.lock().unwrap_or_else(PoisonError::into_inner).push(read.into_iter().collect());
-            ctx.request_repaint();
-        });
-    }
-
-    #[cfg(not(target_arch = "wasm32"))]
-    fn read_dropped(&mut self, _: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
-        // A single model on disk finds its materials beside itself.
-        if let ([file], true) = (files.as_slice(), self.host.reads_disk())
-            && file.path().extension().is_some_and(|e| e.eq_ignore_ascii_case("obj") || e.eq_ignore_ascii_case("toml"))
-            && !is_preset(file.bytes().as_deref().unwrap_or_default())
-        {
-            match halflight_scenes::load_scene(&halflight_scenes::DiskFiles, file.path()) {
-                Ok(scene) => self.take_scene(scene),
-                Err(error) => self.say(error.to_string()),
-            }
-            return;
-        }
-        let read = files.iter().map(|file| {
-            let name = file.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
-            file.bytes()
-                .map(|bytes| (name.clone(), bytes))
-                .map_err(|reason| format!("{name} cannot be read ({reason})"))
-        });
-        let read = read.collect();
-        self.inbox.lock().unwrap_or_else(PoisonError::into_inner).push(read);
-    }
-
-    fn open_now(&mut self, files: Vec<(String, Vec<u8>)>) -> Result<(), String> {
-        if let [(name, bytes)] = files.as_slice()
-            && name.ends_with(".toml")
-            && is_preset(bytes)
-        {
-            let text = String::from_utf8_lossy(bytes);
-            let preset =
-                halflight_renderer::preset::Preset::read(name.as_ref(), &text).map_err(|error| error.to_string())?;
-            crate::panels::apply(&mut self.state.sides[0], &preset);
-            self.say(format!("{name} was taken over for A"));
-            return Ok(());
-        }
-        let scene = scenes::dropped(files).map_err(|error| error.to_string())?;
-        self.take_scene(scene);
-        Ok(())
-    }
-
-    fn take_scene(&mut self, scene: Scene) {
-        self.messages.clear();
-        for warning in scene.warnings.iter().take(3) {
-            self.say(warning.clone());
-        }
-        self.dropped = Some(scene);
-        self.loaded.clear();
-        self.state.open(DROPPED);
-    }
-
-    /// Loads the scene that the state names; false where the picture has to wait for it.
-    fn load(&mut self) -> bool {
-        if self.loaded == self.state.scene {
-            return self.stage.is_some();
-        }
-        // Loading takes a while; what it waits for is on the screen before it begins.
-        if !std::mem::replace(&mut self.announced, true) {
-            return false;
-        }
-        self.announced = false;
-        self.loaded.clone_from(&self.state.scene);
-        let scene = match self.dropped.as_ref().filter(|_| self.state.scene == DROPPED) {
-            Some(scene) => Ok(scene.clone()),
-            None => scenes::bundled(&self.state.scene),
-        };
-        self.sides = [None, None];
-        self.background = Background::default();
-        self.trade = Trade::default();
-        (self.exposure, self.exposure_of, self.exposure_reading) = (None, None, None);
-        (self.stage, self.playing) = (None, None);
-        match scene {
-            Ok(scene) => self.stage = Some(Stage::new(&self.gpu, scene)),
-            Err(error) => self.say(error.to_string()),
-        }
-        self.stage.is_some()
-    }
-
     /// The state with the playing light where it is now.
     fn lights_now(&self, stage: &Stage) -> Vec<halflight_scenes::Light> {
         let mut lights = self.state.lights(&stage.original_lights);
@@ -424,9 +317,10 @@ impl Viewer {
             self.trade = Trade::default();
         }
         let moment = Moment { camera, frame: self.frame, seed: self.state.seed };
-        let mut busy = false;
+        let (mut busy, mut drawn) = (false, true);
         for index in 0..2 {
             busy |= self.advance_side(index, &stage, moment, renderer);
+            drawn &= self.sides[index].as_ref().is_none_or(Side::is_drawn);
         }
         self.expose(&subject);
         if self.exposure_reading.is_some() {
@@ -444,7 +338,7 @@ impl Viewer {
         }
         busy |= self.judge();
         self.stage = Some(stage);
-        self.settled = !busy;
+        self.settled = drawn && self.exposure_reading.is_none() && self.playing.is_none();
         if busy || self.playing.is_some() || (self.state.truth && !self.truth_done) {
             ctx.request_repaint();
         }
@@ -490,7 +384,7 @@ impl Viewer {
             let truth = self.background.known.as_ref().map(|known| (&known.textures, known.version));
             side.look(gpu, &self.state.view, look, truth, renderer);
         }
-        let rounds = if self.benchmark { benchmark::ROUNDS } else { POINT_ROUNDS };
+        let rounds = if self.benchmark { benchmark::ROUNDS } else { 1 };
         // The first picture comes before any measurement.
         let measure = self.playing.is_none() && (self.exposure.is_some() || self.state.exposure.is_some());
         side.draw(gpu, stage, moment, measure, rounds) == Progress::Busy
@@ -533,7 +427,7 @@ impl Viewer {
                 None => waiting = true,
             }
             if let (Some(milliseconds), Some(rel_mse)) = (side.times.technique(), side.rel_mse)
-                && side.times.rounds() >= POINT_ROUNDS
+                && side.is_measured()
             {
                 // What the truth's own noise adds is taken off, so that points of an early truth do not stand too high.
                 let rel_mse = (rel_mse - known.noise.unwrap_or(0.0)).max(0.0);
@@ -542,11 +436,6 @@ impl Viewer {
         }
         waiting
     }
-}
-
-/// Whether a TOML file is a preset: it names a technique and no scene.
-fn is_preset(bytes: &[u8]) -> bool {
-    String::from_utf8_lossy(bytes).lines().any(|line| line.trim_start().starts_with("technique"))
 }
 
 /// The light, turned about the vertical by this angle.

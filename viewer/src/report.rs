@@ -47,7 +47,7 @@ pub struct Report {
     pub truth_samples: u32,
     /// The truth's own noise, as relMSE.
     pub truth_noise: Option<f64>,
-    /// Whether nothing is left to draw or to measure; the truth may still be traced.
+    /// Whether everything is drawn as the state has it; times may still be measured and the truth traced.
     pub settled: bool,
     /// Adapter, as the browser or driver names it.
     pub adapter: String,

@@ -28,13 +28,15 @@ pub struct Stage {
     pub facts: SceneFacts,
     /// The scene's buffers.
     pub buffers: SceneBuffers,
+    /// Whether the device is software.
+    pub software: bool,
 }
 
 impl Stage {
-    /// Uploads a scene.
-    pub fn new(gpu: &Gpu, scene: Scene) -> Self {
+    /// Uploads a scene; `software` says what kind of device it is.
+    pub fn new(gpu: &Gpu, scene: Scene, software: bool) -> Self {
         let (facts, buffers) = (SceneFacts::of(&scene), SceneBuffers::new(gpu, &scene));
-        Self { original_lights: scene.lights.clone(), scene, facts, buffers }
+        Self { original_lights: scene.lights.clone(), scene, facts, buffers, software }
     }
 
     /// Takes over lights that moved; false where nothing changed.
@@ -128,7 +130,11 @@ impl Side {
     pub fn new(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<Self, SettingsError> {
         let plan = plan(gpu, stage, configuration, size)?;
         let recording = Recording::new(gpu, plan, &Externals { scene: Some(&stage.buffers), ..Default::default() });
-        let method = if gpu.timestamp_period.is_some() { Method::Timestamps } else { Method::NoTimestamps };
+        let method = match gpu.timestamp_period {
+            _ if stage.software => Method::Software,
+            Some(_) => Method::Timestamps,
+            None => Method::NoTimestamps,
+        };
         Ok(Self {
             configuration: configuration.clone(),
             times: Times::new(&recording),
@@ -318,6 +324,11 @@ impl Side {
     /// Whether a frame of the current moment has been drawn to its end; more of them may be under way, to be measured.
     pub fn is_drawn(&self) -> bool {
         self.moment.is_some() && self.drawn
+    }
+
+    /// Whether enough was measured for a median to count.
+    pub fn is_measured(&self) -> bool {
+        self.times.rounds() >= if self.method == Method::Timestamps { MEASURED_FRAMES as usize / 2 } else { 1 }
     }
 
     /// Running medians of one part of the frame, milliseconds.

@@ -19,6 +19,8 @@ const CONTROLS: f32 = 330.0;
 /// Text sizes and spacing: fingers fit, and nothing is smaller than a browser's small print.
 pub(super) fn style(ctx: &egui::Context) {
     ctx.set_theme(egui::ThemePreference::Dark);
+    // On a slow device a frame may take longer than a click: it is one all the same.
+    ctx.options_mut(|options| options.input_options.max_click_duration = 10.0);
     ctx.all_styles_mut(|style| {
         style.spacing.item_spacing = egui::vec2(8.0, 6.0);
         style.spacing.interact_size.y = 24.0;

@@ -8,6 +8,7 @@ use std::{
 use clap::{Args, Parser, Subcommand};
 use halflight_renderer::{
     parameters::{Settings, Value, check_settings},
+    preset::Preset,
     techniques::{self, Technique},
 };
 
@@ -56,9 +57,12 @@ enum Command {
 /// A technique and its settings.
 #[derive(Args)]
 struct TechniqueArgs {
-    /// Technique; `evaluator list techniques` names them.
-    #[arg(long, default_value = "hierarchical")]
-    technique: String,
+    /// Technique; `evaluator list techniques` names them. [default: that of --preset, otherwise hierarchical]
+    #[arg(long)]
+    technique: Option<String>,
+    /// A file with a technique and its settings, as the viewer saves it; --set replaces single settings.
+    #[arg(long, value_name = "FILE.toml")]
+    preset: Option<PathBuf>,
     /// A setting, as technique.parameter=value or parameter=value; may be given many times.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
@@ -67,8 +71,19 @@ struct TechniqueArgs {
 impl TechniqueArgs {
     fn resolve(&self) -> Result<(&'static Technique, Settings), Error> {
         let bad = |e: techniques::SettingsError| Error::BadInput(e.to_string());
-        let technique = techniques::technique(&self.technique).map_err(bad)?;
-        let mut settings = Settings::new();
+        let preset = self.preset.as_deref().map(read_preset).transpose()?;
+        let technique = match (&self.technique, &preset) {
+            (Some(name), _) => techniques::technique(name).map_err(bad)?,
+            (None, Some(preset)) => preset.technique,
+            (None, None) => techniques::technique("hierarchical").map_err(bad)?,
+        };
+        if let Some(preset) = preset.as_ref().filter(|preset| preset.technique.name != technique.name) {
+            return Err(Error::BadInput(format!(
+                "--technique {} does not go with --preset, which is for {}: leave one of them out",
+                technique.name, preset.technique.name
+            )));
+        }
+        let mut settings = preset.map(|preset| preset.settings).unwrap_or_default();
         for text in &self.settings {
             let (name, value) = text
                 .split_once('=')
@@ -79,6 +94,12 @@ impl TechniqueArgs {
         check_settings(&settings, &techniques::parameters_of(technique)).map_err(bad)?;
         Ok((technique, settings))
     }
+}
+
+fn read_preset(path: &Path) -> Result<Preset, Error> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| Error::BadInput(format!("cannot read {}: {e}; check --preset", path.display())))?;
+    Preset::read(path, &text).map_err(|e| Error::BadInput(e.to_string()))
 }
 
 /// A size written `WIDTHxHEIGHT`, each from 1 to 16384.

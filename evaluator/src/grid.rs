@@ -3,15 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use halflight_renderer::{
-    parameters::{Parameter, Settings, Value},
+    parameters::Settings,
+    preset::{check, declaration},
     techniques::{self, Technique},
 };
 use halflight_scenes::{
     SceneError,
-    keys::{Source, Table, Value as TomlValue},
-    nearest_name,
+    keys::{Source, Table},
 };
-use toml::de::DeValue;
 
 use crate::{Error, command::parse_size};
 
@@ -145,36 +144,6 @@ fn expand(sweep: &Table, cells: &mut Vec<Cell>) -> Result<(), SceneError> {
         cells.push(Cell { technique, settings: all });
     }
     Ok(())
-}
-
-fn declaration<'a>(
-    source: Source,
-    technique: &Technique,
-    declared: &'a [Parameter],
-    key: &str,
-    value: &TomlValue,
-) -> Result<&'a Parameter, SceneError> {
-    let full = if key.contains('.') { key.to_owned() } else { format!("{}.{key}", technique.name) };
-    declared.iter().find(|parameter| parameter.key() == full).ok_or_else(|| {
-        let names: Vec<&str> = declared.iter().map(|parameter| parameter.name).collect();
-        let hint = nearest_name(key, names.iter().copied())
-            .map_or_else(|| format!("use {}", names.join(", ")), |near| format!("did you mean `{near}`?"));
-        source.error(value.span(), format_args!("unknown key `{key}` of the technique {}; {hint}", technique.name))
-    })
-}
-
-fn check(source: Source, parameter: &Parameter, value: &TomlValue) -> Result<Value, SceneError> {
-    let read = match value.get_ref() {
-        DeValue::String(text) => Some(Value::Text(text.to_string())),
-        DeValue::Boolean(v) => Some(Value::Bool(*v)),
-        DeValue::Integer(v) => i64::from_str_radix(v.as_str(), v.radix()).ok().map(Value::Int),
-        DeValue::Float(v) => v.as_str().parse().ok().map(Value::Float),
-        _ => None,
-    };
-    let read = read.ok_or_else(|| {
-        source.error(value.span(), format_args!("`{}` must be {}", parameter.name, parameter.range()))
-    })?;
-    parameter.check(&read).map_err(|e| source.error(value.span(), e))
 }
 
 #[cfg(test)]

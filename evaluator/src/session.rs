@@ -5,7 +5,7 @@ use std::path::Path;
 use halflight_native::{
     AdapterChoice, NativeGpu,
     frames::{FrameTime, Timing, read_buffer, read_texture, run_frame},
-    images::{Image, Rgb, srgb_decode},
+    images::{Image, Rgb},
 };
 use halflight_renderer::{
     Continuity, DirectSource, Externals, Gpu, Recording, SceneBuffers, SceneFacts, SceneMotion, View,
@@ -13,6 +13,7 @@ use halflight_renderer::{
     plan::{FramePlan, ResourceKind},
     plan_frame, plan_scene, plan_technique_of_scene,
     techniques::Technique,
+    texels::decoder,
 };
 use halflight_scenes::{DiskFiles, Scene, load_scene};
 use wgpu::TextureFormat as Format;
@@ -300,30 +301,6 @@ impl Frames<'_> {
         }
         Ok(image)
     }
-}
-
-/// Turns the bytes of a texel into four numbers.
-type Decode = fn(&[u8]) -> [f32; 4];
-
-/// How to turn the bytes of a texel into four numbers; `None` for formats that hold no colour.
-fn decoder(format: Format) -> Option<Decode> {
-    fn float(bytes: &[u8], i: usize) -> f32 {
-        bytemuck::pod_read_unaligned(&bytes[4 * i..4 * i + 4])
-    }
-    fn half(bytes: &[u8], i: usize) -> f32 {
-        bytemuck::pod_read_unaligned::<half::f16>(&bytes[2 * i..2 * i + 2]).to_f32()
-    }
-    Some(match format {
-        Format::R32Float => |bytes| [float(bytes, 0), 0.0, 0.0, 1.0],
-        Format::Rgba32Float => |bytes| std::array::from_fn(|i| float(bytes, i)),
-        Format::Rgba16Float => |bytes| std::array::from_fn(|i| half(bytes, i)),
-        Format::Rgba8UnormSrgb => |bytes| {
-            std::array::from_fn(|i| {
-                if i < 3 { srgb_decode(f32::from(bytes[i]) / 255.0) } else { f32::from(bytes[i]) / 255.0 }
-            })
-        },
-        _ => return None,
-    })
 }
 
 fn read_rgba(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Texels, Error> {

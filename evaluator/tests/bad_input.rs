@@ -69,6 +69,22 @@ fn says(error: &str, parts: &[&str]) {
 }
 
 #[test]
+fn presets() {
+    let folder = Folder::new("presets");
+    folder.write("p.toml", "technique = 'hierarchical'\n[settings]\nsamples = 16\n");
+    let output = folder.run(&["plan", "--scene", "good.toml", "--size", "16x9", "--preset", "p.toml", "--json"]);
+    let plan = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && plan.contains("\"SAMPLES\",\n          16.0"), "{plan}");
+    let scene = ["--scene", "good.toml"];
+    let error = |rest: &[&str]| folder.render_error(&[&scene, rest].concat());
+    assert!(error(&["--preset", "none.toml"]).contains("cannot read none.toml"));
+    let clash = error(&["--preset", "p.toml", "--technique", "none"]);
+    assert!(clash.contains("--technique none does not go with --preset, which is for hierarchical"), "{clash}");
+    folder.write("p.toml", "technique = 'hierarchical'\n[settings]\nsampels = 16\n");
+    assert!(error(&["--preset", "p.toml"]).starts_with("p.toml:3: unknown key `sampels`"));
+}
+
+#[test]
 fn what_is_right_renders() {
     let folder = Folder::new("right");
     let output = folder.run(&["render", "--scene", "good.toml", "--size", "16x9", "--out", "o.png"]);

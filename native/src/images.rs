@@ -5,14 +5,10 @@ use std::path::{Path, PathBuf};
 
 mod exr_file;
 mod png_file;
-mod tone;
 
 pub use exr_file::Precision;
+pub use halflight_renderer::tone::{Rgb, auto_exposure, luminance, srgb_decode, srgb_encode, tone_map, tone_map_all};
 pub use png_file::{read_png, write_png, write_png_srgb8};
-pub use tone::{auto_exposure, luminance, srgb_decode, srgb_encode, tone_map, tone_map_all};
-
-/// One linear RGB value, Rec. 709 primaries.
-pub type Rgb = [f32; 3];
 
 /// Why an image file could not be read or written: one sentence that names the file.
 #[derive(Debug, thiserror::Error)]

@@ -4,16 +4,20 @@
 //! The crate knows wgpu and nothing of files, windows or reports; it compiles for
 //! `wasm32-unknown-unknown`.
 
+pub mod error;
 mod frame;
 mod gpu;
 mod motion;
 pub mod parameters;
 pub mod plan;
+pub mod preset;
 mod record;
 mod scene_buffers;
 mod shadow;
 pub mod techniques;
 pub mod temporal;
+pub mod texels;
+pub mod tone;
 pub mod truth;
 mod uniform;
 mod view;

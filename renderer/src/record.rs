@@ -13,7 +13,7 @@ use wgpu::util::DeviceExt;
 use crate::{
     Gpu, SceneBuffers, View,
     gpu::known_shader,
-    plan::{FramePlan, Meshes, Part, Pass, ResourceId, ResourceKind, Work},
+    plan::{FramePlan, Meshes, Part, Pass, Resource, ResourceId, ResourceKind, Work},
     uniform::{self, UniformValue},
 };
 
@@ -201,6 +201,35 @@ impl Recording {
         }
     }
 
+    /// Takes over a plan that differs from the recorded one only in numbers: uniform values and the contents of
+    /// buffers, as where a light moved. Returns false, and changes nothing, where more than that differs.
+    pub fn update(&mut self, gpu: &Gpu, plan: &FramePlan) -> bool {
+        if !same_but_for_numbers(&self.plan, plan) {
+            return false;
+        }
+        for ((old, new), buffer) in self.plan.passes.iter().zip(&plan.passes).zip(&self.params) {
+            if let (true, Some(buffer), Some(block)) = (old.params != new.params, buffer, params_block(new)) {
+                gpu.queue.write_buffer(buffer, 0, &block);
+            }
+        }
+        for ((old, new), buffer) in self.plan.resources.iter().zip(&plan.resources).zip(&self.buffers) {
+            if let (true, ResourceKind::Data { bytes }, Some(buffer)) = (old.kind != new.kind, &new.kind, buffer) {
+                gpu.queue.write_buffer(buffer, 0, bytes);
+            }
+        }
+        self.plan.clone_from(plan);
+        true
+    }
+
+    /// Frees the textures that the plan made. A browser otherwise keeps them until it collects garbage.
+    pub fn destroy(self) {
+        for (resource, texture) in self.plan.resources.iter().zip(&self.textures) {
+            if let (ResourceKind::Texture { .. }, Some(texture)) = (&resource.kind, texture) {
+                texture.destroy();
+            }
+        }
+    }
+
     /// The plan that was recorded.
     pub fn plan(&self) -> &FramePlan {
         &self.plan
@@ -280,6 +309,15 @@ impl Recording {
                 encoder.finish()
             })
             .collect()
+    }
+
+    /// Adds one pass to an encoder, this many times over and without timestamps: the way to learn what it costs where
+    /// timestamps are missing or coarse. Uses the view of the last frame.
+    pub fn record_repeated(&self, encoder: &mut wgpu::CommandEncoder, pass: usize, times: u32) {
+        let turn = self.memory().turn;
+        for _ in 0..times {
+            self.record_pass(encoder, pass, turn, None);
+        }
     }
 
     /// Tells the device of the frame's view and of the frame before; returns the turn of the histories.
@@ -441,6 +479,32 @@ impl Timer {
     }
 }
 
+/// The contents of a pass's uniform block `params`; `None` where its shader has none.
+fn params_block(pass: &Pass) -> Option<Vec<u8>> {
+    let Some(BindingKind::Uniform { size, members }) = params_layout(pass) else { return None };
+    Some(uniform::pack(*size, members, &pass.params, &pass.name))
+}
+
+fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {
+    let same_resource = |(old, new): (&Resource, &Resource)| {
+        old.name == new.name
+            && match (&old.kind, &new.kind) {
+                (ResourceKind::Data { bytes: old }, ResourceKind::Data { bytes: new }) => old.len() == new.len(),
+                (old, new) => old == new,
+            }
+    };
+    let same_pass = |(old, new): (&Pass, &Pass)| {
+        (&old.name, &old.shader, &old.constants, &old.bindings, &old.cleared, &old.work)
+            == (&new.name, &new.shader, &new.constants, &new.bindings, &new.cleared, &new.work)
+    };
+    old.display_size == new.display_size
+        && old.outputs == new.outputs
+        && old.resources.len() == new.resources.len()
+        && old.passes.len() == new.passes.len()
+        && old.resources.iter().zip(&new.resources).all(same_resource)
+        && old.passes.iter().zip(&new.passes).all(same_pass)
+}
+
 /// Distinct resource variables of a pass's shader.
 fn bindings(pass: &Pass) -> Vec<&'static Binding> {
     let shader = known_shader(&pass.shader);
@@ -460,10 +524,8 @@ fn params_layout(pass: &Pass) -> Option<&'static BindingKind> {
 }
 
 fn params_of(gpu: &Gpu, pass: &Pass) -> Option<wgpu::Buffer> {
-    let Some(BindingKind::Uniform { size, members }) = params_layout(pass) else { return None };
-    let block = uniform::pack(*size, members, &pass.params, &pass.name);
     let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-    Some(make_buffer(gpu, &pass.name, &block, usage))
+    params_block(pass).map(|block| make_buffer(gpu, &pass.name, &block, usage))
 }
 
 /// The texture that stands for `id` in frames of this turn: in odd ones the two of a history have changed places.

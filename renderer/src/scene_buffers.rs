@@ -112,27 +112,36 @@ impl SceneBuffers {
         };
         use bytemuck::cast_slice;
         let none = wgpu::BufferUsages::empty();
-        let if_moving = |moving: bool| if moving { wgpu::BufferUsages::COPY_DST } else { none };
+        let copied_to = wgpu::BufferUsages::COPY_DST;
         let still = Object { to_world: Mat4::IDENTITY, view_to_previous: Mat4::IDENTITY };
         let objects = scene.meshes.iter().any(|mesh| mesh.object.is_some()).then(|| {
             let poses = scene.pose(0).objects;
             let objects = poses.into_iter().map(|to_world| Object { to_world, ..still });
             let objects: Vec<Object> = [still].into_iter().chain(objects).collect();
-            storage("scene.objects", cast_slice(&objects), size_of::<Object>(), if_moving(true))
+            storage("scene.objects", cast_slice(&objects), size_of::<Object>(), copied_to)
         });
-        let lights_move = !scene.moves.lights.is_empty();
         Self {
             vertices: storage("scene.vertices", cast_slice(&vertices), size_of::<Vertex>(), none),
             indices: storage("scene.indices", cast_slice(&indices), 4, wgpu::BufferUsages::INDEX),
             materials: storage("scene.materials", cast_slice(&materials), size_of::<Material>(), none),
             texels: storage("scene.texels", cast_slice(&texels), 4, none),
-            lights: storage("scene.lights", cast_slice(&lights), size_of::<GpuLight>(), if_moving(lights_move)),
+            lights: storage("scene.lights", cast_slice(&lights), size_of::<GpuLight>(), copied_to),
             objects,
             index_count: indices.len() as u32,
             solid,
             open,
             light_count: lights.len() as u32,
         }
+    }
+
+    /// Takes over lights that moved or changed their brightness. Returns false, and changes nothing, where their number
+    /// is another one. The shadows follow with the plan: see [`crate::Recording::update`].
+    pub fn relight(&self, gpu: &Gpu, moved: &[Light]) -> bool {
+        let same = moved.len() == self.light_count as usize;
+        if same && !moved.is_empty() {
+            gpu.queue.write_buffer(&self.lights, 0, bytemuck::cast_slice(&lights(moved)));
+        }
+        same
     }
 
     /// The buffer that a plan calls by this name, for example `scene.vertices`.

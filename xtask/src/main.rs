@@ -11,6 +11,7 @@ use std::{
 mod evaluate;
 mod setup;
 mod test;
+mod web;
 
 const HELP: &str = "\
 Developer commands of Halflight.
@@ -22,8 +23,10 @@ Commands:
                                 ARGUMENTS go to `evaluator run`; --grid and --out replace grids/default.toml
                                 and reports/default. --dev builds in the profile that the tests use.
   test                          Check formatting, lints (native and wasm32) and documentation, then run every test.
+  web [--dist DIR] [--port PORT]
+                                Build the browser demo and serve it on 127.0.0.1, or write it to a folder.
 
-Both first install what is missing, or say what to install. Paths are relative to the root of the workspace.
+All first install what is missing, or say what to install. Paths are relative to the root of the workspace.
 Exit codes: 0 done, 1 failed, 2 bad input or something to install by hand.
 ";
 
@@ -53,7 +56,9 @@ fn main() -> ExitCode {
 }
 
 fn dispatch(arguments: &[String]) -> Result<ExitCode, Stop> {
-    if arguments.iter().any(|argument| ["-h", "--help", "help"].contains(&argument.as_str())) {
+    let asks = |argument: &String| ["-h", "--help", "help"].contains(&argument.as_str());
+    // `web` has a help text of its own.
+    if arguments.iter().any(asks) && arguments.first().is_none_or(|command| command != "web") {
         print!("{HELP}");
         return Ok(ExitCode::SUCCESS);
     }
@@ -67,12 +72,10 @@ fn dispatch(arguments: &[String]) -> Result<ExitCode, Stop> {
         ("test", [extra, ..]) => Err(Stop::bad_input(format!(
             "cargo xtask test takes no argument, so not {extra}: to run some tests only, use cargo test"
         ))),
-        ("web", _) => Err(Stop::bad_input(
-            "this version has no browser demo: its web crate only proves that the renderer compiles for wasm32",
-        )),
-        (unknown, _) => {
-            Err(Stop::bad_input(format!("there is no command {unknown}: choose evaluate or test, or ask for --help")))
-        }
+        ("web", rest) => web::run(rest),
+        (unknown, _) => Err(Stop::bad_input(format!(
+            "there is no command {unknown}: choose evaluate, test or web, or ask for --help"
+        ))),
     }
 }
 

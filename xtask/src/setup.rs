@@ -30,9 +30,28 @@ const NEEDS: [Need; 2] = [
     Need { what: "a C++ compiler (the FLIP metric is a C++ library)", found: cpp_compiler, packages: &["g++"] },
 ];
 
+/// What only the tests need.
+const TEST_NEEDS: [Need; 1] = [Need {
+    what: "Chromium or Chrome (the tests of the browser demo run in it)",
+    found: browser,
+    packages: &["chromium"],
+}];
+
+/// Names under which the browser tests look for Chromium: those of `web/tests/browser/chromium.rs`.
+const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+
 /// Sets up what building and running the evaluator takes.
 pub fn system() -> Result<(), Stop> {
-    let missing = || NEEDS.iter().filter(|need| !(need.found)());
+    provide(&NEEDS)
+}
+
+/// Sets up what the tests need besides.
+pub fn for_tests() -> Result<(), Stop> {
+    provide(&TEST_NEEDS)
+}
+
+fn provide(needs: &[Need]) -> Result<(), Stop> {
+    let missing = || needs.iter().filter(|need| !(need.found)());
     let packages: Vec<&str> = missing().flat_map(|need| need.packages).copied().collect();
     if !packages.is_empty() && is_root() && Path::new("/usr/bin/apt-get").exists() {
         let apt_get = |arguments: &[&str]| {
@@ -61,6 +80,11 @@ pub fn rust() -> Result<(), Stop> {
             rustup(["component", "add", component])?;
         }
     }
+    wasm()
+}
+
+/// Sets up Rust's libraries for browsers.
+pub fn wasm() -> Result<(), Stop> {
     let libraries = Command::new("rustc").args(["--print", "target-libdir", "--target", WASM]).output();
     let installed = |out: Vec<u8>| Path::new(String::from_utf8_lossy(&out).trim()).is_dir();
     if !libraries.is_ok_and(|output| output.status.success() && installed(output.stdout)) {
@@ -76,6 +100,15 @@ fn rustup(arguments: [&str; 3]) -> Result<(), Stop> {
 
 fn succeeds(mut command: Command) -> bool {
     command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
+}
+
+/// Whether a browser is where the tests look for it.
+fn browser() -> bool {
+    if let Some(path) = environment("HALFLIGHT_CHROMIUM") {
+        return path.is_file();
+    }
+    let path = env::var_os("PATH").unwrap_or_default();
+    BROWSERS.iter().any(|name| env::split_paths(&path).any(|folder| folder.join(name).is_file()))
 }
 
 fn cpp_compiler() -> bool {

@@ -8,13 +8,24 @@ use std::{
 use crate::{Stop, cargo, run, setup};
 
 /// The crates that run in a browser.
-const PORTABLE: [&str; 8] =
-    ["-p", "halflight-scenes", "-p", "halflight-shared-shaders", "-p", "halflight-renderer", "-p", "halflight-web"];
+const PORTABLE: [&str; 10] = [
+    "-p",
+    "halflight-scenes",
+    "-p",
+    "halflight-shared-shaders",
+    "-p",
+    "halflight-renderer",
+    "-p",
+    "halflight-viewer",
+    "-p",
+    "halflight-web",
+];
 const DENY_WARNINGS: [&str; 3] = ["--", "--deny", "warnings"];
 
 /// Stops at the first kind of check that fails; of the tests, runs all.
 pub fn run_all() -> Result<ExitCode, Stop> {
     setup::system()?;
+    setup::for_tests()?;
     setup::rust()?;
     run(&mut cargo(&["fmt", "--all", "--check"]), "run cargo fmt --all")?;
     let clippy = |targets: &[&str]| {

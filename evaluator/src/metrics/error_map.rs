@@ -2,16 +2,15 @@
 
 use std::sync::OnceLock;
 
-use super::{Rgb, linear, mean};
+use halflight_renderer::error::{relative_floor, relative_square};
+
+use super::{Rgb, mean};
 
 /// Relative error per pixel: the square root of the pixel's share of relMSE, `sqrt(mean over channels of
 /// (x - t)^2 / (t^2 + 0.01 m^2))`. 1 = wrong by as much as the truth itself.
 pub fn relative_error(image: &[Rgb], truth: &[Rgb], mask: Option<&[bool]>) -> Vec<f32> {
-    let floor = linear::relative_floor(mean(truth, mask));
-    let term = |(&value, &truth): (&f32, &f32)| {
-        let difference = f64::from(value - truth);
-        if difference == 0.0 { 0.0 } else { difference.powi(2) / (f64::from(truth).powi(2) + floor) }
-    };
+    let floor = relative_floor(mean(truth, mask));
+    let term = |(&value, &truth): (&f32, &f32)| relative_square(f64::from(value), f64::from(truth), floor);
     image
         .iter()
         .zip(truth)

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use halflight_renderer::error::{relative_floor, relative_square};
+
 use super::{Rgb, counted, counted_pairs};
 use crate::serial;
 use crate::statistics::percentile;
@@ -44,8 +46,7 @@ pub fn linear_errors(image: &[Rgb], truth: &[Rgb], mask: Option<&[bool]>) -> Lin
     let (mut relative, mut square, mut signed) = (0.0, 0.0, 0.0);
     for (value, true_value) in counted_pairs(image, truth, mask) {
         let difference = value - true_value;
-        // Where everything is black and equal, 0 / 0 is no error.
-        relative += if difference == 0.0 { 0.0 } else { difference.powi(2) / (true_value.powi(2) + floor) };
+        relative += relative_square(value, true_value, floor);
         square += difference.powi(2);
         signed += difference;
         absolute.push(difference.abs());
@@ -58,9 +59,4 @@ pub fn linear_errors(image: &[Rgb], truth: &[Rgb], mask: Option<&[bool]>) -> Lin
         p95_abs: percentile(&mut absolute, 0.95),
         p999_abs: percentile(&mut absolute, 0.999),
     }
-}
-
-/// The `0.01 m^2` of relMSE.
-pub(super) fn relative_floor(truth_mean: f64) -> f64 {
-    0.01 * truth_mean * truth_mean
 }

@@ -1,7 +1,8 @@
 //! From linear radiance to display values. The same three steps everywhere, so that pictures can be compared:
-//! exposure, a shoulder that keeps the hue, the sRGB curve.
+//! exposure, a shoulder that keeps the hue, the sRGB curve. `common/tone.wgsl` is its twin on the device.
 
-use super::Rgb;
+/// One linear RGB value, Rec. 709 primaries.
+pub type Rgb = [f32; 3];
 
 /// Display-linear value up to which the picture is exactly proportional to radiance.
 const SHOULDER_START: f32 = 0.8;

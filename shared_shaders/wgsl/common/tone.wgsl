@@ -1,0 +1,46 @@
+// From linear radiance to display values, and small helpers of the shaders that show a texture. Twin of
+// `renderer/src/tone.rs`, where the curve is explained; a test compares the two.
+
+/// Display-linear value up to which the picture is exactly proportional to radiance.
+const SHOULDER_START: f32 = 0.8;
+
+/// Linear 0..1 to sRGB 0..1 (IEC 61966-2-1).
+fn srgb_encode(linear: vec3f) -> vec3f {
+    let curve = 1.055 * pow(max(linear, vec3f(0.0031308)), vec3f(1.0 / 2.4)) - 0.055;
+    return select(curve, 12.92 * linear, linear <= vec3f(0.0031308));
+}
+
+/// Display value (sRGB-encoded, 0..1) of linear radiance.
+fn tone_map(radiance: vec3f, exposure: f32) -> vec3f {
+    // Bounded, so that a scale of 1 / peak stays a number.
+    let exposed = clamp(radiance * exposure, vec3f(0.0), vec3f(1e30));
+    let peak = max(exposed.x, max(exposed.y, exposed.z));
+    let room = 1.0 - SHOULDER_START;
+    let bent = (1.0 - room * exp(-(peak - SHOULDER_START) / room)) / max(peak, SHOULDER_START);
+    return srgb_encode(exposed * select(1.0, bent, peak > SHOULDER_START));
+}
+
+/// What a texture holds: twin of `Content` in `viewer/src/show.rs`.
+const CONTENT_RADIANCE: u32 = 0u;
+const CONTENT_NORMAL: u32 = 1u;
+const CONTENT_DEPTH: u32 = 2u;
+const CONTENT_REFLECTANCE: u32 = 3u;
+
+/// Colour for a value of this kind. `range` is the depth that shows as middle grey, scene units.
+fn shown(content: u32, value: vec3f, exposure: f32, range: f32) -> vec3f {
+    switch content {
+        case CONTENT_NORMAL: {
+            // No surface, no normal: black.
+            return select(0.5 + 0.5 * value, vec3f(0.0), all(value == vec3f(0.0)));
+        }
+        case CONTENT_DEPTH: {
+            return vec3f(select(range / (range + value.x), 0.0, value.x == 0.0));
+        }
+        case CONTENT_REFLECTANCE: {
+            return srgb_encode(clamp(value, vec3f(0.0), vec3f(1.0)));
+        }
+        default: {
+            return tone_map(value, exposure);
+        }
+    }
+}

@@ -1,0 +1,289 @@
+//! The state as text, for the page's address: `scene=atrium&size=1280x720&a.hierarchical.samples=16`. Only what differs
+//! from the defaults is written, and what cannot be read is answered with a sentence and left at its default.
+
+use std::fmt::Write;
+
+use halflight_renderer::{
+    parameters::Value,
+    techniques::{parameters_of, technique},
+};
+use halflight_scenes::{Camera, generators::NAMES};
+
+use crate::state::{Configuration, DROPPED, LightChange, State, View};
+
+/// Names of the sides in keys.
+const SIDES: [&str; 2] = ["a", "b"];
+
+/// Longest side of a picture, pixels: WebGPU promises textures up to it.
+const LARGEST: u32 = 8192;
+
+/// The state as text.
+pub fn write(state: &State) -> String {
+    let default = State::default();
+    let mut text = format!("scene={}&size={}x{}", escape(&state.scene), state.size[0], state.size[1]);
+    let mut add = |key: &str, value: String| {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "&{key}={value}");
+    };
+    if let Some(Camera { eye, target, up, vertical_fov_degrees }) = state.camera {
+        add("eye", numbers(&eye));
+        add("target", numbers(&target));
+        add("up", numbers(&up));
+        add("fov", vertical_fov_degrees.to_string());
+    }
+    for (index, LightChange { position, direction, strength }) in &state.lights {
+        add(&format!("light.{index}"), numbers(&[&position[..], &direction[..], &[*strength]].concat()));
+    }
+    if state.view != default.view {
+        add("view", escape(state.view.name()));
+    }
+    if let Some(stops) = state.exposure {
+        add("exposure", stops.to_string());
+    }
+    for (name, side) in SIDES.iter().zip(&state.sides) {
+        if side.technique != Configuration::default().technique {
+            add(name, side.technique.to_owned());
+        }
+        for (key, value) in &side.settings {
+            add(&format!("{name}.{}", escape(key)), escape(&value.to_string()));
+        }
+    }
+    if state.compare {
+        add("divider", state.divider.to_string());
+    }
+    if !state.truth {
+        add("truth", "off".into());
+    }
+    if state.seed != 0 {
+        add("seed", state.seed.to_string());
+    }
+    text
+}
+
+/// The state of a text, and a sentence for each part of it that cannot be used.
+pub fn read(text: &str) -> (State, Vec<String>) {
+    let mut state = State::default();
+    let mut complaints = Vec::new();
+    for part in text.split('&').filter(|part| !part.is_empty()) {
+        let (key, value) = part.split_once('=').unwrap_or((part, ""));
+        let (key, value) = (unescape(key), unescape(value));
+        if let Err(mend) = set(&mut state, &key, &value) {
+            complaints.push(format!("the link's {key}={value} cannot be used: {mend}"));
+        }
+    }
+    // Settings are checked last, because their technique may stand behind them.
+    for (name, side) in SIDES.iter().zip(&mut state.sides) {
+        let declared = parameters_of(side.technique());
+        side.settings = std::mem::take(&mut side.settings)
+            .into_iter()
+            .filter_map(|(key, value)| {
+                let parameter = declared.iter().find(|p| p.key() == key);
+                let checked = match parameter {
+                    Some(parameter) => parameter.check(&value).map_err(|e| e.to_string()),
+                    None => Err(format!("the technique {} has no parameter {key}", side.technique)),
+                };
+                match checked {
+                    Ok(value) => parameter.is_some_and(|p| p.default != value).then_some((key, value)),
+                    Err(mend) => {
+                        complaints.push(format!("the link's {name}.{key}={value} cannot be used: {mend}"));
+                        None
+                    }
+                }
+            })
+            .collect();
+    }
+    (state, complaints)
+}
+
+fn set(state: &mut State, key: &str, value: &str) -> Result<(), String> {
+    let wrong = |wanted: &str| format!("give {wanted}");
+    let camera = |state: &mut State| state.camera.unwrap_or_default();
+    match key {
+        "scene" if value == DROPPED => {
+            return Err("a dropped scene lives only in the page it was dropped on; drop it again".into());
+        }
+        "scene" => {
+            NAMES.iter().find(|name| **name == value).ok_or_else(|| wrong(&NAMES.join(", ")))?;
+            state.scene = value.to_owned();
+        }
+        "size" => {
+            let sides = value.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+            state.size = sides
+                .filter(|size: &[u32; 2]| size.iter().all(|v| (1..=LARGEST).contains(v)))
+                .ok_or_else(|| wrong("WIDTHxHEIGHT, each from 1 to 8192"))?;
+        }
+        "eye" => state.camera = Some(Camera { eye: three(value)?, ..camera(state) }),
+        "target" => state.camera = Some(Camera { target: three(value)?, ..camera(state) }),
+        "up" => state.camera = Some(Camera { up: three(value)?, ..camera(state) }),
+        "fov" => {
+            let vertical_fov_degrees = number(value, 1.0, 170.0)?;
+            state.camera = Some(Camera { vertical_fov_degrees, ..camera(state) });
+        }
+        "view" => state.view = View::of(value),
+        "exposure" => state.exposure = Some(number(value, -30.0, 30.0)?),
+        "divider" => (state.compare, state.divider) = (true, number(value, 0.0, 1.0)?),
+        "truth" => {
+            state.truth = match value {
+                "on" => true,
+                "off" => false,
+                _ => return Err(wrong("on or off")),
+            }
+        }
+        "seed" => state.seed = value.parse().map_err(|_| wrong("a whole number from 0 to 4294967295"))?,
+        "a" => state.sides[0].technique = technique(value).map_err(|e| e.to_string())?.name,
+        "b" => state.sides[1].technique = technique(value).map_err(|e| e.to_string())?.name,
+        _ => match key.split_once('.') {
+            Some(("a", name)) => drop(state.sides[0].settings.insert(name.to_owned(), Value::parse(value))),
+            Some(("b", name)) => drop(state.sides[1].settings.insert(name.to_owned(), Value::parse(value))),
+            Some(("light", index)) => {
+                let index = index.parse().map_err(|_| wrong("light.0, light.1 and so on"))?;
+                let [px, py, pz, dx, dy, dz, strength] = list(value)?;
+                let change = LightChange { position: [px, py, pz], direction: [dx, dy, dz], strength };
+                if !(0.0..=100.0).contains(&strength) {
+                    return Err(wrong("a strength from 0 to 100"));
+                }
+                state.lights.retain(|(at, _)| *at != index);
+                state.lights.push((index, change));
+                state.lights.sort_by_key(|(at, _)| *at);
+            }
+            _ => return Err("no such part; it is left out".into()),
+        },
+    }
+    Ok(())
+}
+
+fn number(text: &str, low: f32, high: f32) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|v| (low..=high).contains(v));
+    number.ok_or_else(|| format!("give a number from {low} to {high}"))
+}
+
+fn list<const N: usize>(text: &str) -> Result<[f32; N], String> {
+    let numbers: Vec<f32> = text.split(',').filter_map(|v| v.parse().ok()).filter(|v: &f32| v.is_finite()).collect();
+    numbers.try_into().map_err(|_| format!("give {N} numbers with commas between them"))
+}
+
+fn three(text: &str) -> Result<[f32; 3], String> {
+    list(text)
+}
+
+/// Display writes the fewest digits that read back as the same float32.
+fn numbers(values: &[f32]) -> String {
+    values.iter().map(f32::to_string).collect::<Vec<_>>().join(",")
+}
+
+/// Percent-encodes what has a meaning in an address.
+fn escape(text: &str) -> String {
+    let mut escaped = String::new();
+    for byte in text.bytes() {
+        if byte.is_ascii_alphanumeric() || b"-_.,".contains(&byte) {
+            escaped.push(char::from(byte));
+        } else {
+            let _ = write!(escaped, "%{byte:02X}");
+        }
+    }
+    escaped
+}
+
+fn unescape(text: &str) -> String {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let [first, tail @ ..] = rest {
+        let code = tail
+            .get(..2)
+            .and_then(|hex| std::str::from_utf8(hex).ok())
+            .and_then(|hex| u8::from_str_radix(hex, 16).ok());
+        match (first, code) {
+            (b'%', Some(code)) => {
+                bytes.push(code);
+                rest = &tail[2..];
+            }
+            _ => {
+                bytes.push(*first);
+                rest = tail;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use halflight_renderer::{parameters::Kind, techniques::TECHNIQUES};
+
+    use super::*;
+
+    fn round_trip(state: &State) {
+        let text = write(state);
+        assert_eq!(read(&text), (state.clone(), Vec::new()), "{text}");
+    }
+
+    #[test]
+    fn the_default_state_is_short() {
+        assert_eq!(write(&State::default()), "scene=cornell&size=640x360");
+        assert_eq!(read(""), (State::default(), Vec::new()));
+    }
+
+    #[test]
+    fn every_parameter_of_every_technique_survives_a_link() {
+        for technique in TECHNIQUES {
+            for parameter in parameters_of(technique) {
+                let values = match parameter.kind {
+                    Kind::Int(low, high) => vec![Value::Int(low), Value::Int(high)],
+                    Kind::Float(low, high) => vec![Value::Float(low), Value::Float(0.1 * low + 0.9 * high)],
+                    Kind::Choice(names) => names.iter().map(|name| Value::Text((*name).into())).collect(),
+                    Kind::Bool => vec![Value::Bool(false), Value::Bool(true)],
+                };
+                for value in values {
+                    let mut side = Configuration { technique: technique.name, ..Default::default() };
+                    side.set(&parameter.key(), value);
+                    round_trip(&State { sides: [Configuration::default(), side], compare: true, ..State::default() });
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn camera_lights_and_view_survive_a_link() {
+        let camera = Camera { eye: [0.1, -2.5e-7, 1e9], target: [1.0 / 3.0, 0.0, -0.0], ..Camera::default() };
+        let change = LightChange { position: [1.5, 2.0, -3.25], direction: [0.1, -1.0, 0.2], strength: 0.3 };
+        for view in ["direct", "error", "truth", "surfels_8", "a b&c=d%"] {
+            round_trip(&State {
+                scene: "atrium".into(),
+                size: [1281, 7],
+                camera: Some(camera),
+                lights: vec![(0, change), (3, change)],
+                view: View::of(view),
+                exposure: Some(-1.5),
+                compare: true,
+                divider: 0.123,
+                truth: false,
+                seed: u32::MAX,
+                ..State::default()
+            });
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_said_and_left_out() {
+        for (text, wanted) in [
+            ("scene=moon", "scene=moon cannot be used: give atrium"),
+            ("scene=dropped", "drop it again"),
+            ("size=12", "WIDTHxHEIGHT"),
+            ("size=0x9", "WIDTHxHEIGHT"),
+            ("eye=1,2", "give 3 numbers"),
+            ("eye=1,2,NaN", "give 3 numbers"),
+            ("fov=200", "from 1 to 170"),
+            ("a=hierarchcal", "did you mean hierarchical?"),
+            ("a.hierarchical.samples=0", "out of range"),
+            ("a.hierarchical.sampels=4", "has no parameter"),
+            ("light.0=1,2", "give 7 numbers"),
+            ("truth=maybe", "on or off"),
+            ("nonsense", "no such part"),
+            ("%", "no such part"),
+        ] {
+            let (state, complaints) = read(text);
+            assert_eq!(state, State::default(), "{text}");
+            assert!(complaints.len() == 1 && complaints[0].contains(wanted), "{text}: {complaints:?}");
+        }
+    }
+}

@@ -1,0 +1,491 @@
+//! The application: its state, and the loop that brings scene, sides and truth in line with it.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use eframe::{
+    egui::{self, Rect},
+    egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew},
+};
+use halflight_renderer::{Gpu, tone::auto_exposure};
+use halflight_scenes::{Camera, Scene};
+use web_time::{Duration, Instant};
+
+use crate::{
+    address,
+    background::{Background, Subject},
+    benchmark,
+    plot::{Trade, Tried},
+    readback::TextureReading,
+    report::{PassReport, Report, SideReport},
+    show::Look,
+    stage::{Moment, Progress, Side, Stage},
+    state::{LightChange, State},
+    undo::Undo,
+};
+
+mod interface;
+mod receive;
+
+/// Time for which the camera must rest before the path tracer starts.
+const REST: Duration = Duration::from_millis(500);
+/// Radians a second that a playing light turns.
+const PLAY_SPEED: f32 = 0.4;
+/// Part of the scene's diagonal whose depth shows as middle grey.
+const DEPTH_RANGE: f32 = 0.25;
+
+/// Parts of the names of software adapters, as browsers give them.
+const SOFTWARE: [&str; 4] = ["swiftshader", "llvmpipe", "lavapipe", "Basic Render"];
+
+/// What the surroundings do for the application: a page or a window.
+pub trait Host {
+    /// Shows the state where a link can be copied from.
+    fn show_address(&mut self, state: &str);
+    /// The link that brings this state back.
+    fn link(&self, state: &str) -> String;
+    /// Gives a file to the user; returns a sentence that says where it went, or why it did not.
+    fn save(&mut self, name: &str, contents: &str) -> String;
+    /// What the host knows of the adapter, where wgpu knows nothing.
+    fn adapter(&self) -> Option<String> {
+        None
+    }
+    /// Called once, when the first picture is on the screen.
+    fn first_picture(&mut self) {}
+    /// Whether files on disk can be read by their path.
+    fn reads_disk(&self) -> bool {
+        false
+    }
+}
+
+/// What can go wrong with the device, shared with the device's own callbacks.
+type Said = Arc<Mutex<Vec<String>>>;
+
+/// Places of controls by name, for tests.
+#[derive(Default)]
+pub struct Marks(BTreeMap<String, Rect>);
+
+impl Marks {
+    /// Notes where a control is.
+    pub fn add(&mut self, name: &str, rect: Rect) {
+        self.0.insert(name.to_owned(), rect);
+    }
+}
+
+/// How a device is opened for the application: what the renderer wants of it, nothing else.
+pub fn configuration() -> WgpuConfiguration {
+    let mut setup = WgpuSetupCreateNew::without_display_handle();
+    setup.instance_descriptor.backends = wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY);
+    setup.device_descriptor = Arc::new(|adapter| wgpu::DeviceDescriptor {
+        label: Some("halflight"),
+        required_features: adapter.features() & Gpu::WANTED_FEATURES,
+        required_limits: Gpu::wanted_limits(&adapter.limits()),
+        ..Default::default()
+    });
+    WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..Default::default() }
+}
+
+/// The interactive application.
+pub struct Viewer {
+    host: Box<dyn Host>,
+    /// The state. Change it, and the picture follows.
+    state: State,
+    undo: Undo,
+    shown_address: String,
+    gpu: Gpu,
+    adapter: String,
+    software: bool,
+    stage: Option<Stage>,
+    /// Scene of `stage`, or the one that could not be loaded.
+    loaded: String,
+    dropped: Option<Scene>,
+    announced: bool,
+    sides: [Option<Side>; 2],
+    complaints: [Option<String>; 2],
+    background: Background,
+    truth_done: bool,
+    trade: Trade,
+    exposure: Option<f32>,
+    exposure_of: Option<Subject>,
+    exposure_reading: Option<(Subject, TextureReading)>,
+    messages: Vec<String>,
+    said: Said,
+    inbox: Arc<Mutex<Vec<Result<Vec<(String, Vec<u8>)>, String>>>>,
+    /// Angle of the playing light, radians.
+    playing: Option<f32>,
+    frame: u32,
+    changed: Instant,
+    marks: Marks,
+    started: Instant,
+    first_picture: Option<Duration>,
+    benchmark: bool,
+    settled: bool,
+    screen: egui::Vec2,
+}
+
+impl Viewer {
+    /// Opens the application on the device of its host. `address` is a state as a link has it; with `benchmark` in it
+    /// the benchmark page opens.
+    ///
+    /// # Errors
+    /// Where the host has no wgpu device.
+    pub fn new(
+        context: &eframe::CreationContext,
+        host: Box<dyn Host>,
+        address: &str,
+        lost: impl Fn(String) + Send + 'static,
+    ) -> Result<Self, String> {
+        let render = context.wgpu_render_state.as_ref().ok_or("the window was opened without a graphics device")?;
+        let said = Said::default();
+        let errors = said.clone();
+        render.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            let mend = "choose a smaller size or a smaller scene, then reload";
+            let sentence = match error {
+                wgpu::Error::OutOfMemory { .. } => format!("the graphics device is out of memory: {mend}"),
+                other => format!("the graphics device refused something ({other}): {mend}"),
+            };
+            let mut said = errors.lock().unwrap_or_else(PoisonError::into_inner);
+            if !said.contains(&sentence) {
+                said.push(sentence);
+            }
+        }));
+        render.device.set_device_lost_callback(move |reason, message| lost(format!("{reason:?}: {message}")));
+        let info = render.adapter.get_info();
+        let adapter = [&info.name, &info.driver].map(String::as_str).join(" ").trim().to_owned();
+        let adapter = Some(adapter).filter(|name| !name.is_empty()).or_else(|| host.adapter());
+        let adapter = adapter.unwrap_or_else(|| "unnamed adapter".into());
+        let (benchmark, rest): (Vec<&str>, Vec<&str>) =
+            address.split('&').partition(|part| part.starts_with("benchmark"));
+        let (mut state, messages) = address::read(&rest.join("&"));
+        let benchmark = !benchmark.is_empty();
+        if benchmark {
+            state.truth = false;
+        }
+        interface::style(&context.egui_ctx);
+        Ok(Self {
+            host,
+            undo: Undo::new(&state),
+            state,
+            shown_address: String::new(),
+            gpu: Gpu::new(render.device.clone(), render.queue.clone()),
+            software: info.device_type == wgpu::DeviceType::Cpu || SOFTWARE.iter().any(|name| adapter.contains(name)),
+            adapter,
+            stage: None,
+            loaded: String::new(),
+            dropped: None,
+            announced: false,
+            sides: [None, None],
+            complaints: [None, None],
+            background: Background::default(),
+            truth_done: false,
+            trade: Trade::default(),
+            exposure: None,
+            exposure_of: None,
+            exposure_reading: None,
+            messages,
+            said,
+            inbox: Arc::default(),
+            playing: None,
+            frame: 0,
+            changed: Instant::now(),
+            marks: Marks::default(),
+            started: Instant::now(),
+            first_picture: None,
+            benchmark,
+            settled: false,
+            screen: egui::Vec2::ZERO,
+        })
+    }
+
+    /// Takes over the state of a link.
+    pub fn go_to(&mut self, address: &str) {
+        let (state, complaints) = address::read(address);
+        self.state = state;
+        self.messages.extend(complaints);
+    }
+
+    /// Opens files as if they had been dropped.
+    pub fn open(&mut self, files: Vec<(String, Vec<u8>)>) {
+        self.inbox.lock().unwrap_or_else(PoisonError::into_inner).push(Ok(files));
+    }
+
+    /// Loses the device, to see what happens then.
+    pub fn lose_device(&self) {
+        self.gpu.device.destroy();
+    }
+
+    /// An output of side A by name, on its way back from the device.
+    pub fn read_output(&self, name: &str) -> Option<TextureReading> {
+        let texture = self.sides[0].as_ref()?.output(name)?;
+        Some(TextureReading::new(&self.gpu, texture))
+    }
+
+    /// What there is to know about the running application.
+    pub fn report(&self) -> Report {
+        let side = |side: &Side| SideReport {
+            passes: side
+                .times
+                .medians()
+                .map(|(name, part, ms)| PassReport {
+                    name: name.to_owned(),
+                    part: part.to_string(),
+                    ms: ms.is_finite().then_some(ms),
+                })
+                .collect(),
+            technique_ms: side.times.technique(),
+            rounds: side.times.rounds(),
+            method: side.method.note().to_owned(),
+            rel_mse: side.rel_mse,
+            drawn: side.is_drawn() && side.picture().is_some(),
+        };
+        let place = |rect: &Rect| [rect.left(), rect.top(), rect.width(), rect.height()];
+        let known = self.background.known.as_ref();
+        Report {
+            address: address::write(&self.state),
+            scene: self.stage.as_ref().map(|stage| stage.scene.name.clone()).unwrap_or_default(),
+            messages: self.messages.clone(),
+            sides: self.sides.iter().flatten().map(side).collect(),
+            truth_samples: known.map_or(0, |known| known.samples),
+            truth_noise: known.and_then(|known| known.noise),
+            settled: self.settled,
+            adapter: self.adapter.clone(),
+            exposure: self.exposure_in_use(),
+            marks: self.marks.0.iter().map(|(name, rect)| (name.clone(), place(rect))).collect(),
+            screen: self.screen.into(),
+            tried: self.trade.tried.len(),
+            first_picture_ms: self.first_picture.map(|time| time.as_secs_f64() * 1e3),
+        }
+    }
+
+    /// [`Viewer::report`] as JSON.
+    pub fn report_json(&self) -> String {
+        serde_json::to_string(&self.report()).unwrap_or_default()
+    }
+
+    fn exposure_in_use(&self) -> Option<f32> {
+        self.state.exposure.map(f32::exp2).or(self.exposure)
+    }
+
+    fn camera(&self) -> Camera {
+        self.state.camera.or_else(|| self.stage.as_ref().map(|stage| stage.scene.camera)).unwrap_or_default()
+    }
+
+    fn say(&mut self, sentence: impl Into<String>) {
+        const MOST: usize = 5;
+        let sentence = sentence.into();
+        self.messages.retain(|said| *said != sentence);
+        self.messages.push(sentence);
+        if self.messages.len() > MOST {
+            self.messages.remove(0);
+        }
+    }
+
+    /// The state with the playing light where it is now.
+    fn lights_now(&self, stage: &Stage) -> Vec<halflight_scenes::Light> {
+        let mut lights = self.state.lights(&stage.original_lights);
+        if let (Some(angle), Some(light)) = (self.playing, lights.first_mut()) {
+            *light = turned(light, angle).apply(light);
+        }
+        lights
+    }
+
+    /// Brings everything in line with the state and works on it as far as the device is ready.
+    fn advance(&mut self, ctx: &egui::Context, renderer: &mut eframe::egui_wgpu::Renderer) {
+        #[cfg(not(target_arch = "wasm32"))]
+        let _ = self.gpu.device.poll(wgpu::PollType::Poll);
+        self.settled = false;
+        if !self.load() {
+            if self.loaded != self.state.scene {
+                ctx.request_repaint();
+            }
+            return;
+        }
+        let camera = self.camera();
+        let Some(mut stage) = self.stage.take() else { return };
+        let mut lights = self.lights_now(&stage);
+        if self.playing.is_some() && !self.sides.iter().flatten().all(Side::is_drawn) {
+            // A moving light waits for the picture of its last place.
+            lights.clone_from(&stage.scene.lights);
+        }
+        if stage.relight(&self.gpu, lights) {
+            self.changed = Instant::now();
+        }
+        let subject = Subject { camera, lights: stage.scene.lights.clone(), size: self.state.size };
+        if self.background.leave(&subject) {
+            self.truth_done = false;
+            self.trade = Trade::default();
+        }
+        let moment = Moment { camera, frame: self.frame, seed: self.state.seed };
+        let (mut busy, mut drawn) = (false, true);
+        for index in 0..2 {
+            busy |= self.advance_side(index, &stage, moment, renderer);
+            drawn &= self.sides[index].as_ref().is_none_or(Side::is_drawn);
+        }
+        self.expose(&subject);
+        if self.exposure_reading.is_some() {
+            busy = true;
+        }
+        let resting = self.playing.is_none() && self.changed.elapsed() > REST;
+        if !busy && self.state.truth && resting && !self.truth_done {
+            match self.background.step(&self.gpu, &stage, &subject) {
+                Ok(more) => self.truth_done = !more,
+                Err(error) => {
+                    self.state.truth = false;
+                    self.say(error.to_string());
+                }
+            }
+        }
+        busy |= self.judge();
+        self.stage = Some(stage);
+        self.settled = drawn && self.exposure_reading.is_none() && self.playing.is_none();
+        if busy || self.playing.is_some() || (self.state.truth && !self.truth_done) {
+            ctx.request_repaint();
+        }
+    }
+
+    /// Draws and measures a side; true while there is more to do.
+    fn advance_side(
+        &mut self,
+        index: usize,
+        stage: &Stage,
+        moment: Moment,
+        renderer: &mut eframe::egui_wgpu::Renderer,
+    ) -> bool {
+        let wanted = index == 0 || self.state.compare;
+        if !wanted {
+            if let Some(side) = self.sides[index].take() {
+                side.destroy();
+            }
+            self.complaints[index] = None;
+            return false;
+        }
+        let (gpu, size) = (&self.gpu, self.state.size);
+        let configuration = &self.state.sides[index];
+        let followed = match &mut self.sides[index] {
+            Some(side) => side.follow(gpu, stage, configuration, size),
+            None => Side::new(gpu, stage, configuration, size).map(|side| {
+                self.sides[index] = Some(side);
+                true
+            }),
+        };
+        match followed {
+            Ok(changed) => {
+                self.complaints[index] = None;
+                if changed {
+                    self.changed = Instant::now();
+                }
+            }
+            Err(error) => self.complaints[index] = Some(error.to_string()),
+        }
+        let Some(side) = &mut self.sides[index] else { return false };
+        if let Some(exposure) = self.state.exposure.map(f32::exp2).or(self.exposure) {
+            let look = Look { exposure, range: stage.diagonal() * DEPTH_RANGE };
+            let truth = self.background.known.as_ref().map(|known| (&known.textures, known.version));
+            side.look(gpu, &self.state.view, look, truth, renderer);
+        }
+        let rounds = if self.benchmark { benchmark::ROUNDS } else { 1 };
+        // The first picture comes before any measurement.
+        let measure = self.playing.is_none() && (self.exposure.is_some() || self.state.exposure.is_some());
+        side.draw(gpu, stage, moment, measure, rounds) == Progress::Busy
+    }
+
+    /// Finds the exposure from the direct light of A, which no setting of a technique changes.
+    fn expose(&mut self, subject: &Subject) {
+        if let Some((of, reading)) = &self.exposure_reading {
+            if let Some(texels) = reading.take() {
+                let pixels: Vec<_> = texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+                let same_picture = self.exposure.is_none() || of == subject;
+                if same_picture {
+                    (self.exposure, self.exposure_of) = (Some(auto_exposure(&pixels, None)), Some(of.clone()));
+                }
+                self.exposure_reading = None;
+            }
+            return;
+        }
+        let resting = self.playing.is_none() && self.changed.elapsed() > REST;
+        let due = self.exposure.is_none() || (resting && self.exposure_of.as_ref() != Some(subject));
+        if let (true, Some(side)) = (due, self.sides[0].as_ref().filter(|side| side.is_drawn()))
+            && let Some(direct) = side.output("direct")
+        {
+            self.exposure_reading = Some((subject.clone(), TextureReading::new(&self.gpu, direct)));
+        }
+    }
+
+    /// Holds the sides against the truth; true while a result is on its way.
+    fn judge(&mut self) -> bool {
+        let Some(known) = &self.background.known else { return false };
+        let mut waiting = false;
+        for side in self.sides.iter_mut().flatten().filter(|side| side.is_drawn()) {
+            side.read_light(&self.gpu);
+            match &side.light {
+                Some(light) if side.judged != known.version => {
+                    side.rel_mse = Some(known.rel_mse(light));
+                    side.judged = known.version;
+                }
+                Some(_) => {}
+                None => waiting = true,
+            }
+            if let (Some(milliseconds), Some(rel_mse)) = (side.times.technique(), side.rel_mse)
+                && side.is_measured()
+            {
+                // What the truth's own noise adds is taken off, so that points of an early truth do not stand too high.
+                let rel_mse = (rel_mse - known.noise.unwrap_or(0.0)).max(0.0);
+                self.trade.add(Tried { configuration: side.configuration().clone(), milliseconds, rel_mse });
+            }
+        }
+        waiting
+    }
+}
+
+/// The light, turned about the vertical by this angle.
+fn turned(light: &halflight_scenes::Light, angle: f32) -> LightChange {
+    let mut change = LightChange::none(light);
+    let turn = glam::Quat::from_rotation_y(angle);
+    change.direction = (turn * glam::Vec3::from(change.direction)).to_array();
+    change
+}
+
+impl eframe::App for Viewer {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
+        self.marks.0.clear();
+        self.screen = ui.max_rect().size();
+        let ctx = ui.ctx().clone();
+        self.receive(&ctx);
+        if let Some(angle) = &mut self.playing {
+            *angle += PLAY_SPEED * ctx.input(|i| i.stable_dt.min(0.1));
+            self.frame = self.frame.wrapping_add(1);
+        }
+        let before = (self.state.camera, self.state.lights.clone());
+        self.interface(ui);
+        if before != (self.state.camera, self.state.lights.clone()) {
+            self.changed = Instant::now();
+        }
+        if let Some(render) = frame.wgpu_render_state() {
+            self.advance(&ctx, &mut render.renderer.write());
+        }
+        if self.first_picture.is_none()
+            && self.sides[0].as_ref().is_some_and(|side| side.is_drawn() && side.picture().is_some())
+        {
+            self.first_picture = Some(self.started.elapsed());
+            self.host.first_picture();
+        }
+        // A step of undo ends when nothing is held any more.
+        if !ctx.input(|i| i.pointer.any_down() || !i.keys_down.is_empty()) {
+            self.undo.commit(&self.state);
+            let now = address::write(&self.state);
+            if now != self.shown_address {
+                self.host.show_address(&now);
+                self.shown_address = now;
+            }
+        }
+        if self.changed.elapsed() < REST {
+            ctx.request_repaint_after(REST);
+        }
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn as_any_mut(&mut self) -> Option<&mut dyn std::any::Any> {
+        Some(self)
+    }
+}

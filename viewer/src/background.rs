@@ -1,0 +1,188 @@
+//! The truth, traced while the camera rests.
+
+use std::time::Duration;
+
+use halflight_renderer::{
+    Gpu,
+    error::{rel_mse, relative_floor, relative_square},
+    truth::{Reading, Request, Stop, Trace, Tracer, Truth, TruthError},
+};
+use halflight_scenes::{Camera, Light};
+use wgpu::util::DeviceExt;
+
+use crate::{show::TruthTextures, stage::Stage, timing::Work};
+
+/// Samples a pixel after which the tracer rests for good.
+const MOST_SAMPLES: u32 = 4096;
+
+/// What a truth belongs to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subject {
+    /// The camera.
+    pub camera: Camera,
+    /// The lights.
+    pub lights: Vec<Light>,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+}
+
+/// The truth so far.
+pub struct Known {
+    /// Samples a pixel.
+    pub samples: u32,
+    /// `albedo * indirect`.
+    pub reflected: Vec<[f32; 3]>,
+    /// Diffuse reflectance.
+    pub albedo: Vec<[f32; 3]>,
+    /// Pixels that show a surface.
+    pub mask: Vec<bool>,
+    /// The `0.01 m^2` of relMSE.
+    pub floor: f64,
+    /// The part of any measured relMSE that is the truth's own noise; unknown after a single sample.
+    pub noise: Option<f64>,
+    /// On the device.
+    pub textures: TruthTextures,
+    /// Counts what was read.
+    pub version: u64,
+}
+
+/// Traces the truth of a stage in the background.
+#[derive(Default)]
+pub struct Background {
+    tracer: Option<Tracer>,
+    subject: Option<Subject>,
+    trace: Option<Trace>,
+    batch: Option<Work>,
+    reading: Option<Reading>,
+    next_read: u32,
+    version: u64,
+    /// The truth so far.
+    pub known: Option<Known>,
+}
+
+impl Background {
+    /// Forgets the truth of another picture; true where it had one.
+    pub fn leave(&mut self, subject: &Subject) -> bool {
+        let other = self.subject.as_ref().is_some_and(|current| current != subject);
+        if other {
+            let (tracer, version) = (self.tracer.take(), self.version);
+            *self = Self { tracer, version, ..Self::default() };
+        }
+        other
+    }
+
+    /// Works on the truth of this picture as far as the device is ready. Never waits, but the first call for a scene
+    /// builds its BVH. Returns whether there is more to do.
+    ///
+    /// # Errors
+    /// Where the scene or the picture does not fit the device.
+    pub fn step(&mut self, gpu: &Gpu, stage: &Stage, subject: &Subject) -> Result<bool, TruthError> {
+        if self.tracer.is_none() {
+            self.tracer = Some(Tracer::new(gpu, &stage.scene, &stage.buffers)?);
+        }
+        let request = Request { bounces: 1, ..Request::new(subject.camera, subject.size) };
+        if self.trace.is_none() {
+            let tracer = self.tracer.as_ref().ok_or_else(|| TruthError("the scene was not prepared".into()))?;
+            self.trace = Some(tracer.start(gpu, &request, Stop::at_samples(MOST_SAMPLES))?);
+            (self.subject, self.next_read) = (Some(subject.clone()), 1);
+        }
+        let Some(trace) = &mut self.trace else { return Ok(false) };
+        if let Some(batch) = &self.batch {
+            let Some(took) = batch.milliseconds() else { return Ok(true) };
+            trace.pace(Duration::from_secs_f64(took * 1e-3));
+            self.batch = None;
+        }
+        if let Some(reading) = &self.reading {
+            let Some(state) = reading.take() else { return Ok(true) };
+            self.reading = None;
+            self.version += 1;
+            self.known = Some(Known::new(gpu, &state.truth(&request), self.version));
+        }
+        // Noise halves with four times the samples: reading at every doubling shows each step of it.
+        let samples = trace.progress().samples;
+        if trace.is_between_passes() && samples >= self.next_read {
+            self.next_read = samples * 2;
+            self.reading = Some(trace.read(gpu));
+            return Ok(true);
+        }
+        if trace.is_finished() {
+            return Ok(false);
+        }
+        if trace.submit(gpu) {
+            self.batch = Some(Work::submit(gpu, None));
+        }
+        Ok(true)
+    }
+}
+
+impl Known {
+    fn new(gpu: &Gpu, truth: &Truth, version: u64) -> Self {
+        let mask: Vec<bool> = truth.depth.iter().map(|&depth| depth > 0.0).collect();
+        let pixels = mask.len();
+        let black = vec![[0.0; 3]; pixels];
+        let (mean, error) = match &truth.indirect {
+            Some(light) => (&light.mean, &light.standard_error),
+            None => (&black, &black),
+        };
+        let times = |a: [f32; 3], b: [f32; 3]| [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
+        let reflected: Vec<_> = mean.iter().zip(&truth.albedo).map(|(&light, &albedo)| times(light, albedo)).collect();
+        let counted = || (0..pixels).filter(|&i| mask[i]);
+        let count = (3 * counted().count()).max(1) as f64;
+        let sum: f64 = counted().flat_map(|i| reflected[i]).map(f64::from).sum();
+        let floor = relative_floor(sum / count);
+        // The expected relMSE of a perfect image: the variance of the truth in the place of the difference.
+        let variance: f64 = counted()
+            .flat_map(|i| {
+                let sigma = times(error[i], truth.albedo[i]);
+                (0..3).map(move |c| (i, c, f64::from(sigma[c])))
+            })
+            .map(|(i, c, sigma)| {
+                let t = f64::from(reflected[i][c]);
+                relative_square(t + sigma, t, floor)
+            })
+            .sum();
+        let texture = |texel: &dyn Fn(usize) -> [f32; 4]| {
+            let texels: Vec<_> = (0..pixels).map(texel).collect();
+            let descriptor = wgpu::TextureDescriptor {
+                label: Some("truth"),
+                size: wgpu::Extent3d { width: truth.size[0], height: truth.size[1], depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: wgpu::TextureFormat::Rgba32Float,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+                view_formats: &[],
+            };
+            let order = wgpu::util::TextureDataOrder::LayerMajor;
+            gpu.device.create_texture_with_data(&gpu.queue, &descriptor, order, bytemuck::cast_slice(&texels))
+        };
+        let textures = TruthTextures {
+            reflected: texture(&|i| {
+                let [r, g, b] = reflected[i];
+                [r, g, b, f32::from(u8::from(mask[i]))]
+            }),
+            picture: texture(&|i| {
+                let (direct, light) = (truth.direct[i], reflected[i]);
+                [direct[0] + light[0], direct[1] + light[1], direct[2] + light[2], 1.0]
+            }),
+            relative_floor: floor as f32,
+        };
+        Self {
+            samples: truth.samples,
+            noise: (truth.samples > 1).then_some(variance / count),
+            albedo: truth.albedo.clone(),
+            reflected,
+            mask,
+            floor,
+            textures,
+            version,
+        }
+    }
+
+    /// relMSE of `albedo * indirect` for this incident light.
+    pub fn rel_mse(&self, light: &[[f32; 3]]) -> f64 {
+        let image: Vec<_> =
+            light.iter().zip(&self.albedo).map(|(l, a)| [l[0] * a[0], l[1] * a[1], l[2] * a[2]]).collect();
+        rel_mse(&image, &self.reflected, &self.mask, self.floor)
+    }
+}

@@ -1,0 +1,35 @@
+//! The benchmark page: medians of every pass at a fixed size, printed.
+
+use eframe::egui::{Grid, RichText, ScrollArea, Ui};
+use halflight_renderer::plan::Part;
+
+use crate::{numbers::milliseconds, stage::Side};
+
+/// Rounds that the page measures.
+pub const ROUNDS: usize = 9;
+
+/// The table of the benchmark page.
+pub fn page(ui: &mut Ui, side: &Side, adapter: &str) {
+    let [width, height] = side.plan().display_size;
+    let configuration = side.configuration();
+    ui.heading(format!("{} at {width}x{height}", configuration.technique));
+    ui.label(format!("{adapter}; {}; {} of {ROUNDS} rounds", side.method.note(), side.times.rounds().min(ROUNDS)));
+    ScrollArea::both().show(ui, |ui| {
+        Grid::new("benchmark").num_columns(3).striped(true).show(ui, |ui| {
+            for title in ["pass", "part", "median"] {
+                ui.strong(title);
+            }
+            ui.end_row();
+            for (name, part, ms) in side.times.medians() {
+                ui.label(name);
+                ui.label(part.to_string());
+                ui.label(RichText::new(milliseconds(ms)).monospace());
+                ui.end_row();
+            }
+            ui.strong("whole technique");
+            ui.label("");
+            ui.label(RichText::new(milliseconds(side.part_ms(Part::Technique))).monospace().strong());
+            ui.end_row();
+        });
+    });
+}

@@ -1,0 +1,93 @@
+//! Times, memory and the plan of a side.
+
+use eframe::egui::{self, Color32, Grid, RichText, ScrollArea, Ui, vec2};
+use halflight_renderer::plan::{FramePlan, Part, Resource, ResourceKind, bytes_in_words};
+
+use crate::stage::Side;
+
+/// Colour of each part of a frame: readable on both themes.
+pub fn part_colour(part: Part) -> Color32 {
+    match part {
+        Part::GBuffer => Color32::from_rgb(110, 130, 150),
+        Part::Direct => Color32::from_rgb(200, 160, 70),
+        Part::Technique => Color32::from_rgb(80, 150, 220),
+    }
+}
+
+/// Milliseconds with three digits.
+pub fn milliseconds(ms: f64) -> String {
+    match ms {
+        _ if !ms.is_finite() => "…".into(),
+        _ if ms < 1.0 => format!("{ms:.3} ms"),
+        _ if ms < 100.0 => format!("{ms:.2} ms"),
+        _ => format!("{ms:.0} ms"),
+    }
+}
+
+/// A relative error: the root of relMSE, in percent.
+pub fn percent(rel_mse: f64) -> String {
+    format!("{:.1} %", 100.0 * rel_mse.max(0.0).sqrt())
+}
+
+/// Bars of the running medians, longest first to see, in the order of the frame.
+pub fn times(ui: &mut Ui, side: &Side) {
+    let longest = side.times.medians().map(|(_, _, ms)| ms).filter(|ms| ms.is_finite()).fold(1e-3, f64::max);
+    Grid::new("times").num_columns(3).striped(true).show(ui, |ui| {
+        for (name, part, ms) in side.times.medians() {
+            ui.label(name).on_hover_text(part.to_string());
+            let (rect, _) = ui.allocate_exact_size(vec2(90.0, 12.0), egui::Sense::hover());
+            let part_of = if ms.is_finite() { (ms / longest) as f32 } else { 0.0 };
+            let bar = egui::Rect::from_min_size(rect.min, vec2((rect.width() * part_of).max(1.0), rect.height()));
+            ui.painter().rect_filled(bar, 2.0, part_colour(part));
+            ui.label(RichText::new(milliseconds(ms)).monospace());
+            ui.end_row();
+        }
+    });
+    ui.horizontal_wrapped(|ui| {
+        for part in [Part::GBuffer, Part::Direct, Part::Technique] {
+            ui.colored_label(part_colour(part), "■");
+            ui.label(format!("{part} {}", milliseconds(side.part_ms(part))));
+        }
+    });
+    if let Some(ms) = side.frame_ms {
+        ui.label(format!("Last whole frame by the clock: {}", milliseconds(ms)));
+    }
+    ui.label(RichText::new(format!("Running medians, {}.", side.method.note())).weak());
+}
+
+/// Bytes of each texture and buffer.
+pub fn memory(ui: &mut Ui, plan: &FramePlan, scene_bytes: u64) {
+    let total: u64 = plan.resources.iter().map(Resource::bytes).sum();
+    ui.label(format!(
+        "{} for the frame, of which the technique {}; {} for the scene",
+        bytes_in_words(total),
+        bytes_in_words(plan.technique_bytes()),
+        bytes_in_words(scene_bytes)
+    ));
+    ScrollArea::horizontal().id_salt("memory").show(ui, |ui| {
+        Grid::new("memory").num_columns(3).striped(true).show(ui, |ui| {
+            for resource in plan.resources.iter().filter(|r| !matches!(r.kind, ResourceKind::External)) {
+                ui.label(&resource.name).on_hover_text(&resource.reason);
+                ui.label(RichText::new(bytes_in_words(resource.bytes())).monospace());
+                ui.label(RichText::new(resource.kind.to_string()).weak());
+                ui.end_row();
+            }
+        });
+    });
+}
+
+/// The passes, each with its reason.
+pub fn plan(ui: &mut Ui, plan: &FramePlan) {
+    let mut part = None;
+    for (index, pass) in plan.passes.iter().enumerate() {
+        if part.replace(pass.part) != Some(pass.part) {
+            ui.colored_label(part_colour(pass.part), RichText::new(pass.part.to_string()).strong());
+        }
+        let names = |ids: Vec<halflight_renderer::plan::ResourceId>| {
+            ids.iter().map(|id| plan.resources[id.0].name.as_str()).collect::<Vec<_>>().join(", ")
+        };
+        let (reads, writes) = pass.reads_and_writes();
+        ui.add(egui::Label::new(format!("{}  {}: {}", index + 1, pass.name, pass.reason)).wrap())
+            .on_hover_text(format!("{}\nreads {}\nwrites {}", pass.shader, names(reads), names(writes)));
+    }
+}

@@ -1,0 +1,228 @@
+//! Controls: parameters from their declarations, presets, lights, camera.
+
+use eframe::egui::{ComboBox, DragValue, RichText, Slider, Ui, vec2};
+use halflight_renderer::{
+    parameters::{Kind, Parameter, Role, Value},
+    techniques::{TECHNIQUES, parameters_of},
+};
+use halflight_scenes::{Camera, Light};
+
+use crate::{
+    app::Marks,
+    command::PRESETS,
+    state::{Configuration, LightChange, State},
+};
+
+/// Range of whole numbers or lengths above which a slider is logarithmic.
+const LOGARITHMIC_ABOVE: f64 = 100.0;
+
+/// Width of a parameter's name, points.
+const LABEL: f32 = 126.0;
+
+/// Technique, presets and parameters of a side. `name` tells the sides apart.
+pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, marks: &mut Marks) {
+    ui.horizontal_wrapped(|ui| {
+        let label = ui.label("Technique");
+        let chosen = ComboBox::from_id_salt((name, "technique")).selected_text(side.technique).show_ui(ui, |ui| {
+            for technique in TECHNIQUES {
+                let choice = ui.selectable_label(side.technique == technique.name, technique.name);
+                if choice.on_hover_text(technique.summary).clicked() && side.technique != technique.name {
+                    *side = Configuration { technique: technique.name, ..Configuration::default() };
+                }
+            }
+        });
+        marks.add(&format!("{name}.technique"), chosen.response.labelled_by(label.id).rect);
+        ui.menu_button("Presets", |ui| {
+            for (title, text) in PRESETS {
+                if ui.button(title).clicked() {
+                    // A test reads each of them.
+                    if let Ok(preset) = halflight_renderer::preset::Preset::read(title.as_ref(), text) {
+                        apply(side, &preset);
+                    }
+                    ui.close();
+                }
+            }
+        })
+        .response
+        .on_hover_text("Settings that belong together");
+        if !side.settings.is_empty() && ui.button("Reset all").clicked() {
+            side.settings.clear();
+        }
+    });
+    ui.label(RichText::new(side.technique().summary).weak());
+    for parameter in parameters_of(side.technique()) {
+        self::parameter(ui, name, side, &parameter, marks);
+    }
+}
+
+/// Takes over a preset.
+pub fn apply(side: &mut Configuration, preset: &halflight_renderer::preset::Preset) {
+    *side = Configuration { technique: preset.technique.name, ..Configuration::default() };
+    for (key, value) in &preset.settings {
+        side.set(key, value.clone());
+    }
+}
+
+/// One parameter: name, slider or choice, unit, tooltip, and a way back to its default.
+fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Parameter, marks: &mut Marks) {
+    let key = parameter.key();
+    let mut value = side.settings.get(&key).unwrap_or(&parameter.default).clone();
+    let before = value.clone();
+    let title = parameter.name.replace('_', " ");
+    let tooltip = tooltip(parameter);
+    ui.horizontal_wrapped(|ui| {
+        let label = ui.allocate_ui(vec2(LABEL, 20.0), |ui| {
+            ui.set_min_width(LABEL);
+            ui.label(title).on_hover_text(&tooltip)
+        });
+        let label = label.inner;
+        let response = match (parameter.kind, &mut value) {
+            (Kind::Int(low, high), Value::Int(number)) => {
+                ui.add(Slider::new(number, low..=high).logarithmic((high - low) as f64 > LOGARITHMIC_ABOVE))
+            }
+            (Kind::Float(low, high), Value::Float(number)) => {
+                let long = high - low > LOGARITHMIC_ABOVE;
+                ui.add(Slider::new(number, low..=high).logarithmic(long).smallest_positive(0.1).max_decimals(3))
+            }
+            (Kind::Choice(names), Value::Text(chosen)) => {
+                let combo = ComboBox::from_id_salt((name, &key)).selected_text(chosen.as_str());
+                combo
+                    .show_ui(ui, |ui| {
+                        for name in names {
+                            ui.selectable_value(chosen, (*name).to_owned(), *name);
+                        }
+                    })
+                    .response
+            }
+            (Kind::Bool, Value::Bool(on)) => ui.checkbox(on, ""),
+            // A value of another kind cannot pass the parameter's check.
+            _ => ui.label(before.to_string()),
+        };
+        marks.add(&format!("{name}.{key}"), response.rect);
+        response.labelled_by(label.id).on_hover_text(&tooltip);
+        if !matches!(parameter.unit, "" | "1") {
+            ui.label(RichText::new(parameter.unit).weak().small());
+        }
+        if side.settings.contains_key(&key) {
+            let reset = ui.small_button("reset").on_hover_text(format!("Back to {}", parameter.default));
+            marks.add(&format!("{name}.{key}.reset"), reset.rect);
+            if reset.clicked() {
+                value = parameter.default.clone();
+            }
+        }
+    });
+    if value != before
+        && let Ok(value) = parameter.check(&value)
+    {
+        side.set(&key, value);
+    }
+}
+
+fn tooltip(parameter: &Parameter) -> String {
+    let unit = if matches!(parameter.unit, "" | "1") { String::new() } else { format!(" {}", parameter.unit) };
+    let effect = match parameter.role {
+        Role::Override(_) => "Changes a constant of the shader: the pipeline is compiled anew at first use.",
+        Role::Uniform => "Changes a number: nothing is compiled.",
+        Role::Plan => "Changes the passes and textures of the frame.",
+    };
+    let (doc, key, range, default) = (parameter.doc, parameter.key(), parameter.range(), &parameter.default);
+    format!("{doc}\n\n{key}: {range}{unit}; default {default}{unit}\n{effect}")
+}
+
+/// Lights: direction as two angles, position, brightness.
+pub fn lights(ui: &mut Ui, state: &mut State, original: &[Light], diagonal: f32) {
+    if original.is_empty() {
+        ui.label("This scene is lit by its emitters; it has no lights to move.");
+    }
+    for (index, light) in original.iter().enumerate() {
+        let none = LightChange::none(light);
+        let mut change = state.lights.iter().find(|(at, _)| *at == index).map_or(none, |(_, change)| *change);
+        let kind = match light {
+            Light::Directional { .. } => "Sun",
+            Light::Point { .. } => "Point light",
+            Light::Spot { .. } => "Spot light",
+        };
+        ui.push_id(index, |ui| {
+            ui.horizontal_wrapped(|ui| {
+                ui.strong(format!("{kind} {}", index + 1));
+                if change != none && ui.small_button("reset").clicked() {
+                    change = none;
+                }
+            });
+            if !matches!(light, Light::Point { .. }) {
+                let mut angles = angles(change.direction);
+                let before = angles;
+                ui.add(Slider::new(&mut angles[0], -180.0..=180.0).suffix("°").text("azimuth").max_decimals(1));
+                ui.add(Slider::new(&mut angles[1], -90.0..=90.0).suffix("°").text("height").max_decimals(1));
+                if angles != before {
+                    change.direction = direction(angles);
+                }
+            }
+            if !matches!(light, Light::Directional { .. }) {
+                ui.horizontal_wrapped(|ui| {
+                    ui.label("position");
+                    for (axis, value) in ["x ", "y ", "z "].iter().zip(&mut change.position) {
+                        ui.add(DragValue::new(value).prefix(*axis).speed(diagonal * 2e-3).max_decimals(3));
+                    }
+                });
+            }
+            ui.add(Slider::new(&mut change.strength, 0.0..=10.0).text("brightness").logarithmic(true).max_decimals(2));
+        });
+        state.change_light(index, light, change);
+    }
+}
+
+/// Where light comes from: azimuth about +y from +z towards +x, and height over the horizon, degrees.
+fn angles(direction: [f32; 3]) -> [f32; 2] {
+    let [x, y, z] = (-glam::Vec3::from(direction)).normalize_or(glam::Vec3::Y).to_array();
+    [x.atan2(z).to_degrees(), y.clamp(-1.0, 1.0).asin().to_degrees()]
+}
+
+fn direction([azimuth, height]: [f32; 2]) -> [f32; 3] {
+    let (azimuth, height) = (azimuth.to_radians(), height.to_radians());
+    [-azimuth.sin() * height.cos(), -height.sin(), -azimuth.cos() * height.cos()]
+}
+
+/// The camera in numbers.
+pub fn camera(ui: &mut Ui, state: &mut State, own: &Camera, diagonal: f32) {
+    let mut camera = state.camera.unwrap_or(*own);
+    for (name, vector) in [("eye", &mut camera.eye), ("target", &mut camera.target)] {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(name);
+            for value in vector {
+                ui.add(DragValue::new(value).speed(diagonal * 2e-3).max_decimals(3));
+            }
+        });
+    }
+    ui.add(
+        Slider::new(&mut camera.vertical_fov_degrees, 10.0..=120.0).suffix("°").text("field of view").max_decimals(1),
+    );
+    if camera != state.camera.unwrap_or(*own) {
+        state.camera = Some(camera);
+    }
+    if state.camera.is_some() && ui.button("Back to the scene's camera").clicked() {
+        state.camera = None;
+    }
+    ui.label(
+        RichText::new(
+            "Drag to orbit, right-drag to look around, shift-drag or two fingers to move, wheel or pinch to come closer. \
+             With the picture in focus: arrows orbit, W A S D Q E fly, + and - zoom.",
+        )
+        .weak(),
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_and_directions_are_inverse() {
+        for wanted in [[0.0, 45.0], [90.0, 10.0], [-135.0, -60.0], [179.0, 89.0]] {
+            let found = angles(direction(wanted));
+            assert!((0..2).all(|i| (found[i] - wanted[i]).abs() < 1e-2), "{wanted:?} {found:?}");
+        }
+        // Noon: light falls straight down.
+        assert!(direction([0.0, 90.0])[1] < -0.999_999);
+    }
+}

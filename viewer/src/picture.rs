@@ -1,0 +1,167 @@
+//! The picture: one or two sides under a divider, and what pointer and keys do to it.
+
+use eframe::egui::{self, Color32, CursorIcon, EventFilter, Key, Rect, Sense, Stroke, TextureId, Vec2, pos2, vec2};
+use halflight_scenes::Camera;
+
+use crate::camera;
+
+/// Width of the strip in which the divider is caught, points: a fingertip.
+const DIVIDER_CATCH: f32 = 28.0;
+/// Part of the scene's diagonal that a second of flying covers.
+const FLY_SPEED: f32 = 0.12;
+/// Part of the picture's height that an arrow key turns by in a second.
+const KEY_TURN: f32 = 0.25;
+
+/// What the picture draws.
+pub struct Shown<'a> {
+    /// Textures of the sides; B only where two are compared.
+    pub textures: [Option<TextureId>; 2],
+    /// Width over height.
+    pub aspect: f32,
+    /// Captions of the sides, at the bottom.
+    pub captions: [String; 2],
+    /// Said in the middle where there is no picture.
+    pub missing: Option<&'a str>,
+}
+
+/// Draws the picture into all the space there is, and lets pointer, touch and keys move camera and divider. Returns the
+/// picture's place and that of the divider.
+pub fn picture(
+    ui: &mut egui::Ui,
+    shown: &Shown,
+    compare: bool,
+    divider: &mut f32,
+    view: &mut Camera,
+    diagonal: f32,
+) -> (Rect, Option<Rect>) {
+    let space = ui.available_rect_before_wrap();
+    let width = space.width().min(space.height() * shown.aspect).max(1.0);
+    let rect = Rect::from_center_size(space.center(), vec2(width, width / shown.aspect));
+    let id = ui.scope_id().with("picture");
+    let response = ui.interact(rect, id, Sense::click_and_drag());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Picture"));
+    if response.clicked() || response.drag_started() {
+        response.request_focus();
+    }
+    let catch = compare.then(|| {
+        let x = rect.left() + rect.width() * *divider;
+        let strip = Rect::from_center_size(pos2(x, rect.center().y), vec2(DIVIDER_CATCH, rect.height()));
+        let handle = ui.interact(strip, id.with("divider"), Sense::click_and_drag());
+        handle.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, "Divider between A and B"));
+        if let (true, Some(pointer)) = (handle.dragged(), handle.interact_pointer_pos()) {
+            *divider = ((pointer.x - rect.left()) / rect.width()).clamp(0.0, 1.0);
+        }
+        if handle.has_focus() {
+            let keep = EventFilter { horizontal_arrows: true, ..EventFilter::default() };
+            ui.memory_mut(|memory| memory.set_focus_lock_filter(handle.id, keep));
+            let step = ui.input(|i| {
+                f32::from(u8::from(i.key_down(Key::ArrowRight))) - f32::from(u8::from(i.key_down(Key::ArrowLeft)))
+            });
+            *divider = (*divider + step * 0.01).clamp(0.0, 1.0);
+        }
+        if handle.hovered() || handle.dragged() {
+            ui.set_cursor_icon(CursorIcon::ResizeHorizontal);
+        }
+        handle
+    });
+    move_camera(ui, &response, view, diagonal);
+
+    let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
+    painter.rect_filled(rect, 0.0, Color32::BLACK);
+    let x = if compare { *divider } else { 1.0 };
+    for (texture, [left, right]) in shown.textures.iter().zip([[0.0, x], [x, 1.0]]) {
+        if let Some(texture) = texture.filter(|_| right > left) {
+            let part = Rect::from_min_max(
+                pos2(rect.left() + rect.width() * left, rect.top()),
+                pos2(rect.left() + rect.width() * right, rect.bottom()),
+            );
+            painter.image(texture, part, Rect::from_min_max(pos2(left, 0.0), pos2(right, 1.0)), Color32::WHITE);
+        }
+    }
+    if let Some(sentence) = shown.missing {
+        let text = egui::RichText::new(sentence).color(Color32::from_gray(220)).size(15.0);
+        let place = rect.shrink2(vec2(rect.width() * 0.1, rect.height() * 0.35));
+        ui.put(place, egui::Label::new(text).wrap().halign(egui::Align::Center));
+    }
+    if response.has_focus() {
+        painter.rect_stroke(rect.shrink(1.0), 0.0, ui.visuals().selection.stroke, egui::StrokeKind::Inside);
+    }
+    if let Some(handle) = &catch {
+        let centre = handle.rect.center().x;
+        let stroke = if handle.has_focus() { ui.visuals().selection.stroke } else { Stroke::new(2.0, Color32::WHITE) };
+        painter.vline(centre, rect.y_range(), Stroke::new(4.0, Color32::from_black_alpha(140)));
+        painter.vline(centre, rect.y_range(), stroke);
+        let knob = pos2(centre, rect.center().y);
+        painter.circle(knob, 11.0, Color32::from_gray(40), stroke);
+        for side in [-1.0, 1.0] {
+            painter.arrow(knob + vec2(side * 2.0, 0.0), vec2(side * 5.0, 0.0), Stroke::new(1.5, Color32::WHITE));
+        }
+    }
+    caption(ui, rect, &shown.captions[0], egui::Align2::LEFT_BOTTOM);
+    if compare {
+        caption(ui, rect, &shown.captions[1], egui::Align2::RIGHT_BOTTOM);
+    }
+    (rect, catch.map(|handle| handle.rect))
+}
+
+fn caption(ui: &egui::Ui, rect: Rect, text: &str, corner: egui::Align2) {
+    if text.is_empty() {
+        return;
+    }
+    let painter = ui.painter().with_clip_rect(rect);
+    // Half of the picture at most, so that two captions never meet.
+    let most = (rect.width() * 0.5 - 24.0).max(40.0);
+    let galley = painter.layout(text.to_owned(), egui::TextStyle::Small.resolve(ui.style()), Color32::WHITE, most);
+    let place = corner.align_size_within_rect(galley.size() + vec2(12.0, 8.0), rect.shrink(6.0));
+    painter.rect_filled(place, 3.0, Color32::from_black_alpha(170));
+    painter.galley(place.min + vec2(6.0, 4.0), galley, Color32::WHITE);
+}
+
+fn move_camera(ui: &egui::Ui, response: &egui::Response, view: &mut Camera, diagonal: f32) {
+    let height = response.rect.height().max(1.0);
+    let part = |drag: Vec2| [drag.x / height, drag.y / height];
+    let touch = ui.input(egui::InputState::multi_touch);
+    if let Some(touch) = touch.filter(|touch| response.rect.contains(touch.center_pos)) {
+        camera::zoom(view, touch.zoom_delta);
+        camera::pan(view, part(touch.translation_delta));
+    } else if response.dragged_by(egui::PointerButton::Secondary) {
+        camera::look(view, part(response.drag_delta()));
+    } else if response.dragged_by(egui::PointerButton::Middle)
+        || (response.dragged() && ui.input(|i| i.modifiers.shift))
+    {
+        camera::pan(view, part(response.drag_delta()));
+    } else if response.dragged() && response.drag_delta() != Vec2::ZERO {
+        camera::orbit(view, part(response.drag_delta()));
+    }
+    if response.contains_pointer() {
+        let [scroll, pinch] = ui.input(|i| [i.smooth_scroll_delta().y, i.zoom_delta()]);
+        if scroll != 0.0 || pinch != 1.0 {
+            camera::zoom(view, pinch * (scroll * 0.002).exp());
+        }
+    }
+    if !response.has_focus() {
+        return;
+    }
+    let keep = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, keep));
+    let (time, held) = ui.input(|i| (i.stable_dt.min(0.1), i.keys_down.clone()));
+    let axis = |plus: &[Key], minus: &[Key]| {
+        let any = |keys: &[Key]| f32::from(u8::from(keys.iter().any(|key| held.contains(key))));
+        any(plus) - any(minus)
+    };
+    let turn = [axis(&[Key::ArrowLeft], &[Key::ArrowRight]), axis(&[Key::ArrowUp], &[Key::ArrowDown])];
+    let step = [axis(&[Key::D], &[Key::A]), axis(&[Key::E], &[Key::Q]), axis(&[Key::W], &[Key::S])];
+    let closer = axis(&[Key::Plus, Key::Equals], &[Key::Minus]);
+    if turn != [0.0; 2] {
+        camera::orbit(view, turn.map(|v| v * KEY_TURN * time));
+    }
+    if step != [0.0; 3] {
+        camera::fly(view, step.map(|v| v * FLY_SPEED * diagonal * time));
+    }
+    if closer != 0.0 {
+        camera::zoom(view, (closer * time).exp());
+    }
+    if turn != [0.0; 2] || step != [0.0; 3] || closer != 0.0 {
+        ui.request_repaint();
+    }
+}

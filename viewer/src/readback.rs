@@ -1,0 +1,86 @@
+//! Bytes on their way back from the device. Nothing here waits: ask again in a later frame.
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicU8, Ordering},
+};
+
+use halflight_renderer::{Gpu, texels::decoder};
+
+const PENDING: u8 = 0;
+const READY: u8 = 1;
+
+/// A buffer that is being mapped.
+pub struct Reading {
+    buffer: wgpu::Buffer,
+    state: Arc<AtomicU8>,
+}
+
+impl Reading {
+    /// Maps a buffer that has the usage `MAP_READ`, after everything submitted so far.
+    pub fn of(buffer: &wgpu::Buffer) -> Self {
+        let state = Arc::new(AtomicU8::new(PENDING));
+        let arrived = state.clone();
+        buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+            if result.is_ok() {
+                arrived.store(READY, Ordering::Release);
+            }
+        });
+        Self { buffer: buffer.clone(), state }
+    }
+
+    /// The bytes, once they have arrived; the buffer can then be used again. A lost device never delivers.
+    pub fn take(&self) -> Option<Vec<u8>> {
+        if self.state.load(Ordering::Acquire) != READY {
+            return None;
+        }
+        let bytes = self.buffer.get_mapped_range(..).ok()?.to_vec();
+        self.buffer.unmap();
+        Some(bytes)
+    }
+}
+
+/// A texture that is being read.
+pub struct TextureReading {
+    reading: Reading,
+    size: [u32; 2],
+    format: wgpu::TextureFormat,
+}
+
+impl TextureReading {
+    /// Copies a texture as it stands after everything submitted so far.
+    pub fn new(gpu: &Gpu, texture: &wgpu::Texture) -> Self {
+        let texel = texture.format().block_copy_size(None).unwrap_or(4);
+        let padded = (texture.width() * texel).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("texture to read"),
+            size: u64::from(padded) * u64::from(texture.height()),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.copy_texture_to_buffer(
+            texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
+            },
+            wgpu::Extent3d { depth_or_array_layers: 1, ..texture.size() },
+        );
+        gpu.queue.submit([encoder.finish()]);
+        let (size, format) = ([texture.width(), texture.height()], texture.format());
+        Self { reading: Reading::of(&buffer), size, format }
+    }
+
+    /// Four channels a pixel, linear, rows from the top, once they have arrived; nothing for formats without colour.
+    pub fn take(&self) -> Option<Vec<[f32; 4]>> {
+        let bytes = self.reading.take()?;
+        // The copy is read once; a browser would keep it until it collects garbage.
+        self.reading.buffer.destroy();
+        let texel = self.format.block_copy_size(None).unwrap_or(4) as usize;
+        let row = self.size[0] as usize * texel;
+        let Some(decode) = decoder(self.format) else { return Some(Vec::new()) };
+        let rows = bytes.chunks_exact(row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize));
+        Some(rows.flat_map(|line| line[..row].chunks_exact(texel).map(decode)).collect())
+    }
+}

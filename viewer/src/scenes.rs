@@ -1,0 +1,164 @@
+//! Scenes: the bundled ones, and what somebody dropped onto the viewer.
+
+use std::{io::Cursor, path::Path};
+
+use halflight_scenes::{MemoryFiles, Scene, SceneError, generators::NAMES, load_scene};
+
+/// Scene files of the generators, by name.
+const FILES: [(&str, &str); 4] = [
+    ("atrium", include_str!("../../scenes/atrium.toml")),
+    ("bars", include_str!("../../scenes/bars.toml")),
+    ("cornell", include_str!("../../scenes/cornell.toml")),
+    ("furnace", include_str!("../../scenes/furnace.toml")),
+];
+
+/// Most bytes that a zip may unpack to: more does not fit a browser's memory beside the scene made of it.
+const LARGEST_ZIP: u64 = 1 << 30;
+
+/// The bundled scene of this name.
+///
+/// # Errors
+/// Where there is none of that name.
+pub fn bundled(name: &str) -> Result<Scene, SceneError> {
+    let file = FILES.iter().find(|(known, _)| *known == name);
+    let (name, text) =
+        file.ok_or_else(|| SceneError(format!("no scene is called {name}: choose {}", NAMES.join(", "))))?;
+    let path = format!("{name}.toml");
+    load_scene(&MemoryFiles::from_iter([(&path, text.as_bytes().to_vec())]), Path::new(&path))
+}
+
+/// A scene from files that were dropped together: one `.obj` or scene `.toml`, with its materials and textures, or a
+/// `.zip` of them.
+///
+/// # Errors
+/// One sentence: what is missing among the files, or what is wrong in one of them, with its line.
+pub fn dropped(files: Vec<(String, Vec<u8>)>) -> Result<Scene, SceneError> {
+    let mut all = Vec::new();
+    for (name, bytes) in files {
+        if extension(&name) == "zip" {
+            all.extend(unzip(&name, &bytes)?);
+        } else {
+            all.push((name, bytes));
+        }
+    }
+    let of =
+        |wanted: &str| all.iter().map(|(name, _)| name.as_str()).filter(|name| extension(name) == wanted).collect();
+    let (scene_files, models): (Vec<&str>, Vec<&str>) = (of("toml"), of("obj"));
+    let path = match (scene_files.as_slice(), models.as_slice()) {
+        ([one], _) | ([], [one]) => (*one).to_owned(),
+        ([], []) => {
+            let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).take(5).collect();
+            return Err(SceneError(format!(
+                "no .obj and no .toml scene file is among what was dropped ({}): drop the model together with its .mtl \
+                 and textures, or a .zip of them",
+                names.join(", ")
+            )));
+        }
+        ([], many) | (many, _) => {
+            return Err(SceneError(format!("{} could be the scene: drop one of them", many.join(" and "))));
+        }
+    };
+    // Dropped files come without their folders, while materials name textures with theirs: a bare name serves both.
+    let flat: Vec<_> = all.iter().map(|(name, bytes)| (bare(name).to_owned(), bytes.clone())).collect();
+    load_scene(&Dropped { flat: flat.into_iter().collect(), exact: all.into_iter().collect() }, Path::new(&path))
+}
+
+/// Finds a file by its path or, failing that, by its bare name.
+struct Dropped {
+    exact: MemoryFiles,
+    flat: MemoryFiles,
+}
+
+impl halflight_scenes::FileSource for Dropped {
+    fn read(&self, path: &Path) -> std::io::Result<Vec<u8>> {
+        self.exact.read(path).or_else(|_| self.flat.read(Path::new(bare(&path.to_string_lossy()))))
+    }
+}
+
+fn bare(path: &str) -> &str {
+    path.rsplit(['/', '\\']).next().unwrap_or(path)
+}
+
+fn extension(name: &str) -> String {
+    name.rsplit_once('.').map(|(_, extension)| extension.to_lowercase()).unwrap_or_default()
+}
+
+fn unzip(name: &str, bytes: &[u8]) -> Result<Vec<(String, Vec<u8>)>, SceneError> {
+    let broken =
+        |error: &dyn std::fmt::Display| SceneError(format!("{name}: not a readable zip ({error}); pack it again"));
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|e| broken(&e))?;
+    let mut files = Vec::new();
+    let mut left = LARGEST_ZIP;
+    for index in 0..archive.len() {
+        let file = archive.by_index(index).map_err(|e| broken(&e))?;
+        if file.is_dir() {
+            continue;
+        }
+        let path = file.name().map_err(|e| broken(&e))?.into_owned();
+        let mut contents = Vec::new();
+        // The size in the header may lie, so what is read is counted.
+        std::io::Read::read_to_end(&mut std::io::Read::take(file, left + 1), &mut contents).map_err(|e| broken(&e))?;
+        left = left.checked_sub(contents.len() as u64).ok_or_else(|| {
+            SceneError(format!("{name}: unpacks to more than {} MiB; leave large textures out", LARGEST_ZIP >> 20))
+        })?;
+        files.push((path, contents));
+    }
+    Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    const OBJ: &str = "mtllib m.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    const MTL: &str = "newmtl red\nKd 0.5 0.1 0.1\n";
+
+    fn files(list: &[(&str, &str)]) -> Vec<(String, Vec<u8>)> {
+        list.iter().map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec())).collect()
+    }
+
+    fn zip(list: &[(&str, &str)]) -> Vec<u8> {
+        let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        for (name, text) in list {
+            writer.start_file(*name, zip::write::SimpleFileOptions::default()).expect("a new file");
+            writer.write_all(text.as_bytes()).expect("memory takes it");
+        }
+        writer.finish().expect("a whole zip").into_inner()
+    }
+
+    #[test]
+    fn every_generator_is_bundled() {
+        assert_eq!(FILES.map(|(name, _)| name), NAMES);
+        let scene = bundled("cornell").expect("a bundled scene");
+        assert_eq!((scene.name.as_str(), scene.lights.len()), ("cornell", 1));
+        assert!(bundled("moon").expect_err("no such scene").to_string().contains("choose atrium"));
+    }
+
+    #[test]
+    fn a_model_comes_with_its_materials() {
+        for dropped_files in [
+            files(&[("model.obj", OBJ), ("m.mtl", MTL)]),
+            vec![("a.zip".to_owned(), zip(&[("folder/model.obj", OBJ), ("folder/m.mtl", MTL)]))],
+            vec![("a.zip".to_owned(), zip(&[("folder/model.obj", OBJ), ("elsewhere/M.MTL", MTL)]))],
+        ] {
+            let scene = dropped(dropped_files).expect("a good scene");
+            assert_eq!(scene.materials[scene.meshes[0].material].albedo, [0.5, 0.1, 0.1]);
+            assert_eq!(scene.warnings, Vec::<String>::new());
+        }
+    }
+
+    #[test]
+    fn bad_drops_are_answered_with_the_mend() {
+        for (files, wanted) in [
+            (files(&[("picture.png", "")]), "no .obj and no .toml scene file is among what was dropped (picture.png)"),
+            (files(&[("a.obj", OBJ), ("b.obj", OBJ)]), "a.obj and b.obj could be the scene: drop one"),
+            (files(&[("broken.obj", "v 0 0 0\nf 1 2 9\n")]), "broken.obj:2"),
+            (files(&[("a.zip", "no zip")]), "a.zip: not a readable zip"),
+        ] {
+            let sentence = dropped(files).expect_err("a bad drop").to_string();
+            assert!(sentence.contains(wanted), "{sentence:?} does not say {wanted:?}");
+        }
+    }
+}

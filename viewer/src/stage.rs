@@ -1,0 +1,338 @@
+//! A scene on a device, and a configuration that is drawn of it.
+
+use halflight_renderer::{
+    Externals, Gpu, Recording, SceneBuffers, SceneFacts, View as Seen,
+    parameters::SettingsError,
+    plan::{FramePlan, Part, ResourceKind},
+    plan_frame,
+};
+use halflight_scenes::{Camera, Light, Scene};
+
+use crate::{
+    readback::{Reading, TextureReading},
+    show::{Look, TruthTextures, show},
+    state::{Configuration, View},
+    timing::{Method, Repeater, Times, Work, is_coarse},
+};
+
+/// Frames that are measured after a change.
+const MEASURED_FRAMES: u32 = 11;
+
+/// A scene on a device.
+pub struct Stage {
+    /// The scene, with its lights as they stand now.
+    pub scene: Scene,
+    /// Lights as they came with the scene.
+    pub original_lights: Vec<Light>,
+    /// What plans start from.
+    pub facts: SceneFacts,
+    /// The scene's buffers.
+    pub buffers: SceneBuffers,
+    /// Whether the device is software.
+    pub software: bool,
+}
+
+impl Stage {
+    /// Uploads a scene; `software` says what kind of device it is.
+    pub fn new(gpu: &Gpu, scene: Scene, software: bool) -> Self {
+        let (facts, buffers) = (SceneFacts::of(&scene), SceneBuffers::new(gpu, &scene));
+        Self { original_lights: scene.lights.clone(), scene, facts, buffers, software }
+    }
+
+    /// Takes over lights that moved; false where nothing changed.
+    pub fn relight(&mut self, gpu: &Gpu, lights: Vec<Light>) -> bool {
+        if lights == self.scene.lights {
+            return false;
+        }
+        self.buffers.relight(gpu, &lights);
+        self.scene.lights = lights;
+        self.facts = SceneFacts::of(&self.scene);
+        true
+    }
+
+    /// Length of the bounding box's diagonal, scene units.
+    pub fn diagonal(&self) -> f32 {
+        self.scene.bounds().map_or(1.0, |(low, high)| (high - low).length())
+    }
+}
+
+/// What a frame depends on besides its plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// The camera.
+    pub camera: Camera,
+    /// Number of the frame.
+    pub frame: u32,
+    /// Seed of every random number.
+    pub seed: u32,
+}
+
+/// One side of the picture: a configuration, drawn and measured.
+pub struct Side {
+    configuration: Configuration,
+    recording: Recording,
+    moment: Option<Moment>,
+    shown: Option<(View, Look, u64)>,
+    show: Option<Recording>,
+    texture: Option<eframe::egui::TextureId>,
+    drawing: Option<Work>,
+    timestamps: Option<Reading>,
+    repeater: Repeater,
+    /// Running times.
+    pub times: Times,
+    /// How they are measured.
+    pub method: Method,
+    frames_left: u32,
+    /// Whether a frame of the current moment has been drawn to its end.
+    drawn: bool,
+    indirect: Option<TextureReading>,
+    /// Incident indirect light of the last frame, once it was read.
+    pub light: Option<Vec<[f32; 3]>>,
+    /// relMSE of `albedo * indirect` against the truth, once both are known.
+    pub rel_mse: Option<f64>,
+    /// Version of the truth that `rel_mse` was found against.
+    pub judged: u64,
+    /// Wall time of the last whole frame, milliseconds.
+    pub frame_ms: Option<f64>,
+}
+
+/// What `Side::draw` did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// Nothing is left to do.
+    Idle,
+    /// Waits for the device.
+    Busy,
+}
+
+/// The plan of a configuration, or why there is none: a setting out of range, a size that the device cannot hold.
+fn plan(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<FramePlan, SettingsError> {
+    let plan = plan_frame(&stage.facts, configuration.technique(), &configuration.settings, size, Default::default())?;
+    let largest = gpu.device.limits().max_texture_dimension_2d;
+    let too_large = plan.resources.iter().find(|resource| match resource.kind {
+        ResourceKind::Texture { size, .. } => size.iter().any(|&v| v > largest),
+        _ => false,
+    });
+    match too_large {
+        Some(resource) => Err(SettingsError(format!(
+            "the texture {} does not fit this device, which takes {largest} pixels a side: choose a smaller size",
+            resource.name
+        ))),
+        None => Ok(plan),
+    }
+}
+
+impl Side {
+    /// Plans and prepares a configuration.
+    ///
+    /// # Errors
+    /// A setting out of range, or a size that the device cannot hold.
+    pub fn new(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<Self, SettingsError> {
+        let plan = plan(gpu, stage, configuration, size)?;
+        let recording = Recording::new(gpu, plan, &Externals { scene: Some(&stage.buffers), ..Default::default() });
+        let method = match gpu.timestamp_period {
+            _ if stage.software => Method::Software,
+            Some(_) => Method::Timestamps,
+            None => Method::NoTimestamps,
+        };
+        Ok(Self {
+            configuration: configuration.clone(),
+            times: Times::new(&recording),
+            recording,
+            moment: None,
+            shown: None,
+            show: None,
+            texture: None,
+            drawing: None,
+            timestamps: None,
+            repeater: Repeater::default(),
+            method,
+            frames_left: 0,
+            drawn: false,
+            indirect: None,
+            light: None,
+            rel_mse: None,
+            judged: 0,
+            frame_ms: None,
+        })
+    }
+
+    /// Follows a change of settings, size or lights; true where anything changed.
+    ///
+    /// # Errors
+    /// A setting out of range, or a size that the device cannot hold; the side stays as it was.
+    pub fn follow(
+        &mut self,
+        gpu: &Gpu,
+        stage: &Stage,
+        configuration: &Configuration,
+        size: [u32; 2],
+    ) -> Result<bool, SettingsError> {
+        let new = plan(gpu, stage, configuration, size)?;
+        self.configuration.clone_from(configuration);
+        if new == *self.recording.plan() {
+            return Ok(false);
+        }
+        if !self.recording.update(gpu, &new) {
+            let texture = self.texture;
+            let fresh = Self::new(gpu, stage, configuration, size)?;
+            let method = self.method;
+            std::mem::replace(self, fresh).destroy();
+            (self.texture, self.method) = (texture, method);
+        }
+        (self.moment, self.drawn) = (None, false);
+        Ok(true)
+    }
+
+    /// Frees what it holds on the device.
+    pub fn destroy(self) {
+        self.recording.destroy();
+        self.show.into_iter().for_each(Recording::destroy);
+    }
+
+    /// Draws and measures as far as the device is ready. `measure` asks for times, too: at least this many `rounds`
+    /// where passes are timed by repetition.
+    pub fn draw(&mut self, gpu: &Gpu, stage: &Stage, moment: Moment, measure: bool, rounds: usize) -> Progress {
+        if let Some(work) = &self.drawing {
+            let Some(took) = work.milliseconds() else { return Progress::Busy };
+            self.frame_ms = Some(took);
+            self.drawing = None;
+            self.drawn = true;
+        }
+        if let Some(reading) = &self.timestamps {
+            let Some(bytes) = reading.take() else { return Progress::Busy };
+            self.timestamps = None;
+            let ticks: &[u64] = bytemuck::cast_slice(&bytes);
+            if cfg!(target_arch = "wasm32") && is_coarse(ticks) {
+                self.method = Method::CoarseTimestamps;
+            } else {
+                for (index, pass) in self.recording.pass_times(&bytes).iter().enumerate() {
+                    self.times.add(index, pass.milliseconds);
+                }
+            }
+        }
+        let moved = self.moment != Some(moment);
+        if moved {
+            self.frames_left = MEASURED_FRAMES;
+            self.drawn = false;
+            (self.light, self.indirect, self.rel_mse, self.judged) = (None, None, None, 0);
+        }
+        let by_repetition = self.method != Method::Timestamps;
+        if moved || (measure && self.frames_left > 0 && !by_repetition) {
+            self.record(gpu, stage, moment);
+            return Progress::Busy;
+        }
+        if by_repetition && measure && self.times.rounds() < rounds {
+            self.repeater.step(gpu, &self.recording, &mut self.times);
+            return Progress::Busy;
+        }
+        Progress::Idle
+    }
+
+    fn record(&mut self, gpu: &Gpu, stage: &Stage, moment: Moment) {
+        self.frames_left = self.frames_left.saturating_sub(1);
+        self.moment = Some(moment);
+        let mut seen = Seen::new(&moment.camera, self.recording.plan().display_size, stage.facts.near);
+        (seen.frame, seen.seed) = (moment.frame, moment.seed);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        self.recording.record(gpu, &mut encoder, &seen);
+        if let Some(show) = &self.show {
+            show.record(gpu, &mut encoder, &seen);
+        }
+        self.drawing = Some(Work::submit(gpu, Some(encoder.finish())));
+        if self.method == Method::Timestamps {
+            self.timestamps = self.recording.timing_buffer().map(Reading::of);
+        }
+    }
+
+    /// Shows a view of the last frame; `truth_version` counts what was traced so far. Returns false where the frame
+    /// lacks what the view shows.
+    pub fn look(
+        &mut self,
+        gpu: &Gpu,
+        view: &View,
+        look: Look,
+        truth: Option<(&TruthTextures, u64)>,
+        renderer: &mut eframe::egui_wgpu::Renderer,
+    ) -> bool {
+        let key = (view.clone(), look, truth.map_or(0, |(_, version)| version));
+        if self.shown.as_ref() != Some(&key) {
+            self.shown = Some(key);
+            if let Some(old) = self.show.take() {
+                old.destroy();
+            }
+            self.show = show(gpu, &self.recording, view, look, truth.map(|(textures, _)| textures));
+            if let Some(show) = &self.show
+                && let Some(display) = show.output("display")
+            {
+                let display = display.create_view(&Default::default());
+                let filter = wgpu::FilterMode::Linear;
+                match self.texture {
+                    Some(id) => renderer.update_egui_texture_from_wgpu_texture(&gpu.device, &display, filter, id),
+                    None => self.texture = Some(renderer.register_native_texture(&gpu.device, &display, filter)),
+                }
+                let mut encoder = gpu.device.create_command_encoder(&Default::default());
+                let camera = self.moment.map(|moment| moment.camera).unwrap_or_default();
+                let size = self.recording.plan().display_size;
+                show.record(gpu, &mut encoder, &Seen::new(&camera, size, 1.0));
+                gpu.queue.submit([encoder.finish()]);
+            }
+        }
+        self.show.is_some()
+    }
+
+    /// The picture for the screen, once there is one.
+    pub fn picture(&self) -> Option<eframe::egui::TextureId> {
+        self.texture.filter(|_| self.moment.is_some() && self.show.is_some())
+    }
+
+    /// Reads the indirect light of the last frame, once for each change; black where the technique gives none.
+    pub fn read_light(&mut self, gpu: &Gpu) {
+        if self.light.is_some() || self.moment.is_none() {
+            return;
+        }
+        match (&self.indirect, self.recording.output("indirect")) {
+            (None, Some(texture)) => self.indirect = Some(TextureReading::new(gpu, texture)),
+            (Some(reading), _) => {
+                if let Some(texels) = reading.take() {
+                    self.light = Some(texels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
+                    self.indirect = None;
+                }
+            }
+            (None, None) => {
+                let [width, height] = self.recording.plan().display_size;
+                self.light = Some(vec![[0.0; 3]; width as usize * height as usize]);
+            }
+        }
+    }
+
+    /// The plan that is drawn.
+    pub fn plan(&self) -> &FramePlan {
+        self.recording.plan()
+    }
+
+    /// An output of the plan.
+    pub fn output(&self, name: &str) -> Option<&wgpu::Texture> {
+        self.recording.output(name)
+    }
+
+    /// The configuration that is drawn.
+    pub fn configuration(&self) -> &Configuration {
+        &self.configuration
+    }
+
+    /// Whether a frame of the current moment has been drawn to its end; more of them may be under way, to be measured.
+    pub fn is_drawn(&self) -> bool {
+        self.moment.is_some() && self.drawn
+    }
+
+    /// Whether enough was measured for a median to count.
+    pub fn is_measured(&self) -> bool {
+        self.times.rounds() >= if self.method == Method::Timestamps { MEASURED_FRAMES as usize / 2 } else { 1 }
+    }
+
+    /// Running medians of one part of the frame, milliseconds.
+    pub fn part_ms(&self, wanted: Part) -> f64 {
+        self.times.medians().filter(|(_, part, _)| *part == wanted).map(|(_, _, ms)| ms).sum()
+    }
+}

@@ -1,0 +1,122 @@
+//! Entry points for the page's script.
+
+use std::cell::RefCell;
+
+use halflight_viewer::{Host, Viewer, configuration};
+use wasm_bindgen::prelude::*;
+
+#[wasm_bindgen]
+extern "C" {
+    /// Offers a file for download. Defined by the page.
+    #[wasm_bindgen(js_name = halflightSave)]
+    fn save(name: &str, contents: &str);
+    /// Hears that the device was lost. Defined by the page.
+    #[wasm_bindgen(js_name = halflightLost)]
+    fn device_lost(reason: &str);
+}
+
+thread_local! {
+    static RUNNER: RefCell<Option<eframe::WebRunner>> = const { RefCell::new(None) };
+}
+
+/// The page around the viewer.
+struct Page;
+
+impl Host for Page {
+    fn show_address(&mut self, state: &str) {
+        let Some(window) = web_sys::window() else { return };
+        // A fragment: it never reaches a server, and works under any path of any host.
+        if let Ok(history) = window.history() {
+            let _ = history.replace_state_with_url(&JsValue::NULL, "", Some(&format!("#{state}")));
+        }
+    }
+
+    fn link(&self, state: &str) -> String {
+        let address = web_sys::window().and_then(|window| window.location().href().ok()).unwrap_or_default();
+        let page = address.split('#').next().unwrap_or_default();
+        format!("{page}#{state}")
+    }
+
+    fn save(&mut self, name: &str, contents: &str) -> String {
+        save(name, contents);
+        format!("{name} is among your downloads")
+    }
+
+    fn adapter(&self) -> Option<String> {
+        let window = web_sys::window()?;
+        js_sys::Reflect::get(&window, &"halflightAdapter".into()).ok()?.as_string()
+    }
+
+    fn first_picture(&mut self) {
+        let Some(window) = web_sys::window() else { return };
+        let now = window.performance().map_or(f64::NAN, |performance| performance.now());
+        let _ = js_sys::Reflect::set(&window, &"halflightFirstPicture".into(), &now.into());
+    }
+}
+
+/// Opens the viewer on a canvas, in the state of this address. A viewer that is open is closed first.
+///
+/// # Errors
+/// Where the browser gives no device, in the browser's words.
+#[wasm_bindgen]
+pub async fn start(canvas: web_sys::HtmlCanvasElement, address: String) -> Result<(), JsValue> {
+    if let Some(old) = RUNNER.take() {
+        old.destroy();
+    }
+    let runner = eframe::WebRunner::new();
+    let options = eframe::WebOptions { wgpu_options: configuration(), ..Default::default() };
+    let create = Box::new(move |context: &eframe::CreationContext<'_>| {
+        let viewer = Viewer::new(context, Box::new(Page), &address, |reason| device_lost(&reason))?;
+        Ok(Box::new(viewer) as Box<dyn eframe::App>)
+    });
+    runner.start(canvas, options, create).await?;
+    RUNNER.set(Some(runner));
+    Ok(())
+}
+
+/// Calls a function with the open viewer; none where it is closed or was left by a panic.
+fn with<T>(call: impl FnOnce(&mut Viewer) -> T) -> Option<T> {
+    let runner = RUNNER.with_borrow(Clone::clone)?;
+    let mut viewer = runner.app_mut::<Viewer>()?;
+    Some(call(&mut viewer))
+}
+
+/// What there is to know about the open viewer, as JSON; empty where it is closed.
+#[wasm_bindgen]
+pub fn report() -> String {
+    with(|viewer| viewer.report_json()).unwrap_or_default()
+}
+
+/// Takes over the state of a link.
+#[wasm_bindgen]
+pub fn go_to(address: &str) {
+    with(|viewer| viewer.go_to(address));
+}
+
+/// Loses the device, to see what happens then.
+#[wasm_bindgen]
+pub fn lose_device() {
+    with(|viewer| viewer.lose_device());
+}
+
+/// An output of side A, for example `indirect`: four numbers a pixel, rows from the top; empty where there is none.
+#[wasm_bindgen]
+pub async fn read_output(name: String) -> Vec<f32> {
+    let Some(reading) = with(|viewer| viewer.read_output(&name)).flatten() else { return Vec::new() };
+    loop {
+        if let Some(texels) = reading.take() {
+            return texels.into_iter().flatten().collect();
+        }
+        pause().await;
+    }
+}
+
+/// Lets the browser do something else.
+async fn pause() {
+    let promise = js_sys::Promise::new(&mut |resolve, _| {
+        if let Some(window) = web_sys::window() {
+            let _ = window.set_timeout_with_callback_and_timeout_and_arguments_0(&resolve, 5);
+        }
+    });
+    let _ = wasm_bindgen_futures::JsFuture::from(promise).await;
+}

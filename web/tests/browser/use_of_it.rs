@@ -1,0 +1,150 @@
+//! What somebody does with the page.
+
+use crate::{alone, centre, cut, demo, difference, open, place, settled, spread, target};
+
+#[test]
+fn a_slider_the_divider_and_a_link() {
+    let _alone = alone();
+    let mut page = open("scene=cornell&size=320x180&truth=off");
+    let report = page.wait("Cornell", settled);
+    let at = place(&report, "picture");
+    let cornell = cut(&page.screenshot(&target(), "cornell"), at);
+    let (mean, deviation) = spread(&cornell);
+    // A lit room: neither black nor white nor a plain colour.
+    assert!((20.0..200.0).contains(&mean) && deviation > 15.0, "Cornell: mean {mean}, deviation {deviation}");
+
+    // Fewer samples by the slider: the state, the link and the picture follow.
+    let [x, y, w, h] = place(&report, "a.hierarchical.samples");
+    page.drag([x + 0.6 * w * 0.5, y + h / 2.0], [x + 4.0, y + h / 2.0]);
+    let report = page
+        .wait("fewer samples", |r| settled(r) && r["address"].as_str().unwrap().contains("a.hierarchical.samples=1"));
+    let fewer = cut(&page.screenshot(&target(), "cornell-few-samples"), at);
+    assert!(difference(&cornell, &fewer) > 0.2, "the picture did not follow the slider");
+    let address = report["address"].as_str().unwrap().to_owned();
+    let hash = page.evaluate("location.hash.slice(1)");
+    assert_eq!(hash.as_str(), Some(address.as_str()));
+
+    // A | B: on the right of the divider B's defaults, on its left A.
+    page.click(centre(&report, "compare"));
+    let report = page.wait("both sides", |r| settled(r) && r["sides"].as_array().unwrap().len() == 2);
+    let both = cut(&page.screenshot(&target(), "compare"), place(&report, "picture"));
+    let [dx, dy] = centre(&report, "divider");
+    let [left, _, width, _] = place(&report, "picture");
+    page.drag([dx, dy + 60.0], [left + 0.25 * width, dy + 60.0]);
+    let report = page.wait("the divider", |r| {
+        let address = r["address"].as_str().unwrap();
+        let part =
+            address.split("divider=").nth(1).and_then(|v| v.split('&').next()).and_then(|v| v.parse::<f64>().ok());
+        part.is_some_and(|part| (0.2..0.3).contains(&part)) && settled(r)
+    });
+    let moved = cut(&page.screenshot(&target(), "compare-moved"), place(&report, "picture"));
+    assert!(difference(&both, &moved) > 0.05, "the divider did not move");
+
+    // The link, opened in another browser, brings the same state and the same picture.
+    let address = report["address"].as_str().unwrap().to_owned();
+    drop(page);
+    let mut other = open(&address);
+    let report = other.wait("the link's state", settled);
+    assert_eq!(report["address"].as_str(), Some(address.as_str()));
+    let again = cut(&other.screenshot(&target(), "compare-by-link"), place(&report, "picture"));
+    // Captions hold times, which differ; the picture is the same bit for bit.
+    let body = |picture: &image::RgbImage| {
+        cut(picture, [0.0, 0.0, f64::from(picture.width()), f64::from(picture.height()) - 60.0])
+    };
+    assert!(difference(&body(&moved), &body(&again)) < 0.05, "the link brings another picture");
+
+    // Undo takes the changes back one by one.
+    let origin = demo();
+    assert!(
+        other.requests.iter().all(|url| url.starts_with(&origin)
+            || url.starts_with("data:")
+            || url.starts_with("about:")
+            || url.starts_with("blob:")),
+        "{:?}",
+        other.requests
+    );
+}
+
+#[test]
+fn undo_and_keys() {
+    let _alone = alone();
+    let mut page = open("scene=cornell&size=320x180&truth=off");
+    let report = page.wait("Cornell", settled);
+    let before = report["address"].as_str().unwrap().to_owned();
+    // An arrow key orbits once the picture has the focus.
+    page.click(centre(&report, "picture"));
+    for _ in 0..3 {
+        page.key("ArrowLeft", 37);
+    }
+    let report = page.wait("a moved camera", |r| settled(r) && r["address"].as_str().unwrap().contains("eye="));
+    page.click(centre(&report, "undo"));
+    let mut now = page.wait("one step back", settled);
+    // Each press of a key is a step of its own.
+    for _ in 0..5 {
+        if now["address"].as_str() == Some(&before) {
+            break;
+        }
+        page.click(centre(&now, "undo"));
+        now = page.wait("a step back", settled);
+    }
+    assert_eq!(now["address"].as_str(), Some(before.as_str()));
+    // Tab reaches the controls: the focus leaves the picture, and Enter works where it is.
+    for _ in 0..6 {
+        page.key("Tab", 9);
+    }
+    page.screenshot(&target(), "focus");
+}
+
+#[test]
+fn the_atrium_and_its_views() {
+    let _alone = alone();
+    let mut page = open("scene=atrium&size=640x360&truth=off");
+    let report = page.wait("the atrium", settled);
+    let atrium = cut(&page.screenshot(&target(), "atrium"), place(&report, "picture"));
+    assert!(spread(&atrium).1 > 20.0, "the atrium is blank");
+    for view in ["indirect", "normal", "depth", "surfels_8", "gathered_0"] {
+        page.evaluate(&format!("halflight.go_to('scene=atrium&size=640x360&truth=off&view={view}')"));
+        let report = page.wait(view, |r| settled(r) && r["address"].as_str().unwrap().contains(view));
+        let shown = cut(&page.screenshot(&target(), &format!("atrium-{view}")), place(&report, "picture"));
+        assert!(spread(&shown).1 > 5.0, "{view} is blank");
+        assert!(difference(&atrium, &shown) > 2.0, "{view} shows the final picture");
+    }
+}
+
+#[test]
+fn the_truth_refines_and_gives_an_error() {
+    let _alone = alone();
+    let mut page = open("scene=cornell&size=320x180&view=error");
+    let report = page.wait("16 samples of truth", |r| {
+        r["truth_samples"].as_u64().unwrap() >= 16 && r["sides"][0]["rel_mse"].is_number() && r["tried"] == 1
+    });
+    page.screenshot(&target(), "error-map");
+    let error = report["sides"][0]["rel_mse"].as_f64().unwrap();
+    let noise = report["truth_noise"].as_f64().unwrap();
+    println!("relMSE {error:.4}, of which the truth's noise {noise:.4}, after {} samples", report["truth_samples"]);
+    let later = page.wait("four times the samples", |r| r["truth_samples"].as_u64().unwrap() >= 64);
+    let less = later["truth_noise"].as_f64().unwrap();
+    // The variance of a mean falls with the number of samples: a quarter, give or take the noise of the estimate.
+    let ratio = less / noise * later["truth_samples"].as_f64().unwrap() / report["truth_samples"].as_f64().unwrap();
+    assert!((0.7..1.4).contains(&ratio), "noise {noise} -> {less}: {ratio}");
+    page.screenshot(&target(), "truth-panel");
+}
+
+#[test]
+fn small_screens_and_zoom() {
+    let _alone = alone();
+    for (name, size, scale) in
+        [("phone", [390, 844], 2.0), ("zoom-125", [944, 576], 1.25), ("zoom-200", [590, 360], 2.0)]
+    {
+        let mut page = crate::chromium::Page::open(size, scale);
+        page.go(&format!("{}#scene=cornell&size=320x180&truth=off", demo()));
+        let report = page.wait(name, settled);
+        let [_, _, width, height] = place(&report, "picture");
+        assert!(width > 150.0 && height > 80.0, "{name}: the picture has {width}x{height}");
+        for mark in ["scene", "view", "compare", "play", "undo", "picture", "a.technique"] {
+            let [x, _, w, _] = place(&report, mark);
+            assert!(x >= -0.5 && x + w <= f64::from(size[0]) + 0.5, "{name}: {mark} is cut off");
+        }
+        page.screenshot(&target(), name);
+    }
+}

@@ -6,16 +6,19 @@ use std::{
     sync::{Mutex, MutexGuard, PoisonError},
 };
 
-use halflight_shared_shaders::{Binding, BindingKind, Stage};
+use halflight_shared_shaders::{Binding, BindingKind};
 use serde::Serialize;
-use wgpu::util::DeviceExt;
 
 use crate::{
     Gpu, SceneBuffers, View,
     gpu::known_shader,
-    plan::{FramePlan, Meshes, Part, Pass, Resource, ResourceId, ResourceKind, Work},
+    plan::{FramePlan, Part, Pass, Resource, ResourceId, ResourceKind},
     uniform::{self, UniformValue},
 };
+
+mod make;
+
+use make::{Maker, make_buffer, make_texture};
 
 /// What the caller gives to a recording: the scene's buffers, and textures by the names that the plan
 /// declared as external.
@@ -566,175 +569,4 @@ fn adopt_histories(plan: &FramePlan, textures: &mut [Option<wgpu::Texture>], old
         textures[*own].clone_from(&old.textures[*other]);
     }
     !found.is_empty()
-}
-
-struct Maker<'a> {
-    gpu: &'a Gpu,
-    plan: &'a FramePlan,
-    textures: &'a [Option<wgpu::Texture>],
-    buffers: &'a [Option<wgpu::Buffer>],
-    view: &'a wgpu::Buffer,
-    previous: Option<&'a wgpu::Buffer>,
-    scene: Option<&'a SceneBuffers>,
-}
-
-impl Maker<'_> {
-    fn ready(&self, pass: &Pass, params: Option<&wgpu::Buffer>) -> ReadyPass {
-        let shader = known_shader(&pass.shader);
-        match &pass.work {
-            Work::Dispatch { entry, size } => {
-                let entry = shader.entry_points.iter().find(|e| e.name == *entry).unwrap_or(&shader.entry_points[0]);
-                debug_assert_eq!(entry.stage, Stage::Compute);
-                let pipeline = self.gpu.compute_pipeline(shader, entry, &pass.constants);
-                let group = |turn| self.group(pass, params, turn, |index| pipeline.get_bind_group_layout(index));
-                let first = group(0);
-                let turns = pass.bindings.iter().any(|&(_, id)| in_turn(self.plan, id, 1) != id);
-                let groups = [first.clone(), if turns { group(1) } else { first }];
-                let workgroups = [size[0].div_ceil(entry.workgroup_size[0]), size[1].div_ceil(entry.workgroup_size[1])];
-                ReadyPass::Compute { pipeline, groups, workgroups }
-            }
-            Work::Draw { targets, depth } => {
-                let formats: Vec<_> = targets.iter().map(|&id| self.texture(pass, id).format()).collect();
-                let pipeline = self.gpu.render_pipeline(shader, &pass.constants, &formats, false);
-                let group = self.group(pass, params, 0, |index| pipeline.get_bind_group_layout(index));
-                let colors =
-                    targets.iter().map(|&id| self.texture(pass, id).create_view(&Default::default())).collect();
-                let depth = self.texture(pass, depth.0).create_view(&wgpu::TextureViewDescriptor {
-                    dimension: Some(wgpu::TextureViewDimension::D2),
-                    base_array_layer: depth.1,
-                    array_layer_count: Some(1),
-                    ..Default::default()
-                });
-                ReadyPass::Draw { pipeline, group, colors, depth }
-            }
-            Work::Voxelize { target, meshes } => {
-                let pipeline = self.gpu.render_pipeline(shader, &pass.constants, &[], true);
-                let group = self.group(pass, params, 0, |index| pipeline.get_bind_group_layout(index));
-                let target = self.texture(pass, *target).create_view(&Default::default());
-                let indices = self.scene.map_or(Vec::new(), |scene| match meshes {
-                    Meshes::All => std::iter::once(0..scene.index_count).collect(),
-                    Meshes::Solid => scene.solid.clone(),
-                    Meshes::Open => scene.open.clone(),
-                });
-                ReadyPass::Voxelize { pipeline, group, target, indices }
-            }
-        }
-    }
-
-    fn texture(&self, pass: &Pass, id: ResourceId) -> &wgpu::Texture {
-        self.textures[id.0]
-            .as_ref()
-            .unwrap_or_else(|| panic!("{}: no texture {}", pass.name, self.plan.resources[id.0].name))
-    }
-
-    fn group(
-        &self,
-        pass: &Pass,
-        params: Option<&wgpu::Buffer>,
-        turn: usize,
-        layout: impl Fn(u32) -> wgpu::BindGroupLayout,
-    ) -> Option<wgpu::BindGroup> {
-        enum Held {
-            View(wgpu::TextureView),
-            Buffer(wgpu::Buffer),
-            Sampler(wgpu::Sampler),
-        }
-        let held: Vec<(u32, Held)> = bindings(pass)
-            .into_iter()
-            .map(|binding| {
-                let id = || {
-                    let bound = pass.bindings.iter().find(|(name, _)| *name == binding.name);
-                    let id = bound.map(|&(_, id)| in_turn(self.plan, id, turn));
-                    id.unwrap_or_else(|| {
-                        panic!("pass {} binds nothing to {} of {}", pass.name, binding.name, pass.shader)
-                    })
-                };
-                let held = match &binding.kind {
-                    BindingKind::Uniform { .. } => {
-                        let buffer = match binding.name {
-                            "view" => Some(self.view),
-                            "previous" => self.previous,
-                            _ => params,
-                        };
-                        let missing = || panic!("pass {} has no values for {}", pass.name, binding.name);
-                        Held::Buffer(buffer.cloned().unwrap_or_else(missing))
-                    }
-                    BindingKind::Storage { .. } => Held::Buffer(
-                        self.buffers[id().0]
-                            .clone()
-                            .unwrap_or_else(|| panic!("{}: no buffer {}", pass.name, self.plan.resources[id().0].name)),
-                    ),
-                    BindingKind::Texture { arrayed } => {
-                        let dimension =
-                            if *arrayed { wgpu::TextureViewDimension::D2Array } else { wgpu::TextureViewDimension::D2 };
-                        Held::View(self.texture(pass, id()).create_view(&wgpu::TextureViewDescriptor {
-                            dimension: Some(dimension),
-                            ..Default::default()
-                        }))
-                    }
-                    BindingKind::StorageTexture { .. } => {
-                        Held::View(self.texture(pass, id()).create_view(&Default::default()))
-                    }
-                    BindingKind::Sampler { comparison } => {
-                        Held::Sampler(self.gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-                            mag_filter: wgpu::FilterMode::Linear,
-                            min_filter: wgpu::FilterMode::Linear,
-                            // Depth is reversed: lit where the receiver is at least as near as the map says.
-                            compare: comparison.then_some(wgpu::CompareFunction::GreaterEqual),
-                            ..Default::default()
-                        }))
-                    }
-                };
-                (binding.index, held)
-            })
-            .collect();
-        let entries: Vec<_> = held
-            .iter()
-            .map(|(binding, held)| wgpu::BindGroupEntry {
-                binding: *binding,
-                resource: match held {
-                    Held::View(view) => wgpu::BindingResource::TextureView(view),
-                    Held::Buffer(buffer) => buffer.as_entire_binding(),
-                    Held::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
-                },
-            })
-            .collect();
-        (!entries.is_empty()).then(|| {
-            self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(&pass.name),
-                layout: &layout(0),
-                entries: &entries,
-            })
-        })
-    }
-}
-
-fn make_texture(
-    gpu: &Gpu,
-    name: &str,
-    [width, height]: [u32; 2],
-    layers: u32,
-    format: wgpu::TextureFormat,
-) -> wgpu::Texture {
-    use wgpu::TextureUsages as Usage;
-    let guaranteed = format.guaranteed_format_features(gpu.device.features()).allowed_usages;
-    gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(name),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: guaranteed
-            & (Usage::TEXTURE_BINDING
-                | Usage::STORAGE_BINDING
-                | Usage::RENDER_ATTACHMENT
-                | Usage::COPY_SRC
-                | Usage::COPY_DST),
-        view_formats: &[],
-    })
-}
-
-fn make_buffer(gpu: &Gpu, name: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(name), contents, usage })
 }

@@ -40,12 +40,8 @@ fn shown(pixels: &[Rgb], exposure: f32) -> Vec<[u8; 4]> {
         usage: TextureUsages::TEXTURE_BINDING,
         view_formats: &[],
     };
-    let texture = gpu.device.create_texture_with_data(
-        &gpu.queue,
-        &descriptor,
-        Default::default(),
-        bytemuck::cast_slice(&texels),
-    );
+    let texture =
+        gpu.device.create_texture_with_data(&gpu.queue, &descriptor, Default::default(), bytemuck::cast_slice(&texels));
     let recording = Recording::new(gpu, plan, &Externals { scene: None, textures: [("image", texture)].into() });
     run_frame(gpu, &recording, &View::new(&Camera::default(), size, 0.1), Timing::Clock).unwrap();
     let bytes = read_texture(gpu, recording.output("display").unwrap()).unwrap();
@@ -75,7 +71,8 @@ fn a_recording_that_followed_a_light_draws_what_a_new_one_draws() {
     let mut scene = bundled("cornell");
     let buffers = SceneBuffers::new(gpu, &scene);
     let plan = |scene: &_, samples: i64| {
-        let settings = [("hierarchical.samples".to_owned(), halflight_renderer::parameters::Value::Int(samples))].into();
+        let settings =
+            [("hierarchical.samples".to_owned(), halflight_renderer::parameters::Value::Int(samples))].into();
         plan_frame(&SceneFacts::of(scene), known("hierarchical"), &settings, [64, 36], Default::default()).unwrap()
     };
     let externals = |buffers| Externals { scene: Some(buffers), ..Default::default() };

@@ -73,9 +73,9 @@ fn dispatch(arguments: &[String]) -> Result<ExitCode, Stop> {
             "cargo xtask test takes no argument, so not {extra}: to run some tests only, use cargo test"
         ))),
         ("web", rest) => web::run(rest),
-        (unknown, _) => {
-            Err(Stop::bad_input(format!("there is no command {unknown}: choose evaluate, test or web, or ask for --help")))
-        }
+        (unknown, _) => Err(Stop::bad_input(format!(
+            "there is no command {unknown}: choose evaluate, test or web, or ask for --help"
+        ))),
     }
 }
 

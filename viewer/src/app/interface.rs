@@ -14,7 +14,7 @@ use crate::{
 /// Width of a page, points, under which the controls stand below the picture and not beside it.
 const NARROW: f32 = 760.0;
 /// Width of the controls, points.
-const CONTROLS: f32 = 330.0;
+const CONTROLS: f32 = 350.0;
 
 /// Text sizes and spacing: fingers fit, and nothing is smaller than a browser's small print.
 pub(super) fn style(ctx: &egui::Context) {

@@ -62,6 +62,9 @@ pub trait Host {
 /// What can go wrong with the device, shared with the device's own callbacks.
 type Said = Arc<Mutex<Vec<String>>>;
 
+/// Files that were dropped together, by name, or why they cannot be read.
+type Dropped = Result<Vec<(String, Vec<u8>)>, String>;
+
 /// Places of controls by name, for tests.
 #[derive(Default)]
 pub struct Marks(BTreeMap<String, Rect>);
@@ -111,7 +114,7 @@ pub struct Viewer {
     exposure_reading: Option<(Subject, TextureReading)>,
     messages: Vec<String>,
     said: Said,
-    inbox: Arc<Mutex<Vec<Result<Vec<(String, Vec<u8>)>, String>>>>,
+    inbox: Arc<Mutex<Vec<Dropped>>>,
     /// Angle of the playing light, radians.
     playing: Option<f32>,
     frame: u32,

@@ -91,6 +91,7 @@ pub fn configuration() -> WgpuConfiguration {
 
 /// The interactive application.
 pub struct Viewer {
+    ctx: egui::Context,
     host: Box<dyn Host>,
     /// The state. Change it, and the picture follows.
     state: State,
@@ -168,6 +169,7 @@ impl Viewer {
         }
         interface::style(&context.egui_ctx);
         Ok(Self {
+            ctx: context.egui_ctx.clone(),
             host,
             undo: Undo::new(&state),
             state,
@@ -208,10 +210,13 @@ impl Viewer {
         let (state, complaints) = address::read(address);
         self.state = state;
         self.messages.extend(complaints);
+        (self.ready, self.settled, self.changed) = (false, false, Instant::now());
+        self.ctx.request_repaint();
     }
 
     /// Opens files as if they had been dropped.
     pub fn open(&mut self, files: Vec<(String, Vec<u8>)>) {
+        self.ctx.request_repaint();
         self.inbox.lock().unwrap_or_else(PoisonError::into_inner).push(Ok(files));
     }
 
@@ -350,7 +355,7 @@ impl Viewer {
         self.stage = Some(stage);
         // What is ready now is painted in the next pass.
         let ready = drawn && self.exposure_reading.is_none() && self.playing.is_none();
-        self.settled = ready && std::mem::replace(&mut self.ready, ready);
+        self.settled = ready && self.ready;
         busy |= ready && !self.settled;
         self.ready = ready;
         if busy || self.playing.is_some() || (self.state.truth && !self.truth_done && !measuring) {
@@ -398,7 +403,10 @@ impl Viewer {
         if let Some(exposure) = self.state.exposure.map(f32::exp2).or(self.exposure) {
             let look = Look { exposure, range: stage.diagonal() * DEPTH_RANGE };
             let truth = self.background.known.as_ref().map(|known| (&known.textures, known.version));
-            side.look(gpu, &self.state.view, look, truth, renderer);
+            if side.look(gpu, &self.state.view, look, truth, renderer) {
+                self.ready = false;
+                ctx.request_repaint();
+            }
         }
         let rounds = if self.benchmark { benchmark::ROUNDS } else { 1 };
         // The first picture comes before any measurement, and one side is measured at a time.
@@ -444,8 +452,9 @@ impl Viewer {
             }
             if let (Some(milliseconds), Some(rel_mse)) = (side.times.technique(), side.rel_mse)
                 && side.is_measured()
+                && known.is_settled()
             {
-                // What the truth's own noise adds is taken off, so that points of an early truth do not stand too high.
+                // What the truth's own noise adds is taken off.
                 let rel_mse = (rel_mse - known.noise.unwrap_or(0.0)).max(0.0);
                 self.trade.add(Tried { configuration: side.configuration().clone(), milliseconds, rel_mse });
             }

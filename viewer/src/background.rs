@@ -18,6 +18,10 @@ const MOST_SAMPLES: u32 = 4096;
 /// Batches between two passes of the interface on a software adapter, where painting it takes as long as one of them.
 const SOFTWARE_BATCHES: u32 = 4;
 
+/// relMSE of the truth's own noise above which errors are not compared: a pixel that is black by chance divides by
+/// next to nothing, so that an early truth makes every error look larger, by more than its noise.
+const ROUGH: f64 = 0.05;
+
 /// Batches under way.
 struct Batch {
     before: Work,
@@ -202,6 +206,11 @@ impl Known {
             textures,
             version,
         }
+    }
+
+    /// Whether it is good enough to compare errors by.
+    pub fn is_settled(&self) -> bool {
+        self.noise.is_some_and(|noise| noise <= ROUGH)
     }
 
     /// relMSE of `albedo * indirect` for this incident light.

@@ -266,8 +266,8 @@ impl Side {
         }
     }
 
-    /// Shows a view of the last frame; `truth_version` counts what was traced so far. Returns false where the frame
-    /// lacks what the view shows.
+    /// Shows a view of the last frame, where it is not shown already; true where the picture is another one now. The
+    /// number beside the truth counts what was traced so far. A frame that lacks what the view shows has no picture.
     pub fn look(
         &mut self,
         gpu: &Gpu,
@@ -277,7 +277,8 @@ impl Side {
         renderer: &mut eframe::egui_wgpu::Renderer,
     ) -> bool {
         let key = (view.clone(), look, truth.map_or(0, |(_, version)| version));
-        if self.shown.as_ref() != Some(&key) {
+        let other = self.shown.as_ref() != Some(&key);
+        if other {
             self.shown = Some(key);
             if let Some(old) = self.show.take() {
                 old.destroy();
@@ -299,7 +300,7 @@ impl Side {
                 gpu.queue.submit([encoder.finish()]);
             }
         }
-        self.show.is_some()
+        other
     }
 
     /// The picture for the screen, once there is one.

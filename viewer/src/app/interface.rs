@@ -342,6 +342,9 @@ impl Viewer {
             Some(known) => {
                 let noise = known.noise.map_or("unknown".to_owned(), numbers::percent);
                 ui.label(format!("{} samples a pixel; its own noise is {noise}", known.samples));
+                if !known.is_settled() {
+                    ui.label(RichText::new("Still rough: errors look larger than they are.").weak());
+                }
                 for (index, name) in ["A", "B"].into_iter().enumerate() {
                     if let Some(error) = self.sides[index].as_ref().and_then(|side| side.rel_mse) {
                         let clean = (error - known.noise.unwrap_or(0.0)).max(0.0);

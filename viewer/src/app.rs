@@ -62,6 +62,9 @@ pub trait Host {
 /// What can go wrong with the device, shared with the device's own callbacks.
 type Said = Arc<Mutex<Vec<String>>>;
 
+/// Files that were dropped together, by name, or why they cannot be read.
+type Dropped = Result<Vec<(String, Vec<u8>)>, String>;
+
 /// Places of controls by name, for tests.
 #[derive(Default)]
 pub struct Marks(BTreeMap<String, Rect>);
@@ -88,6 +91,7 @@ pub fn configuration() -> WgpuConfiguration {
 
 /// The interactive application.
 pub struct Viewer {
+    ctx: egui::Context,
     host: Box<dyn Host>,
     /// The state. Change it, and the picture follows.
     state: State,
@@ -111,7 +115,7 @@ pub struct Viewer {
     exposure_reading: Option<(Subject, TextureReading)>,
     messages: Vec<String>,
     said: Said,
-    inbox: Arc<Mutex<Vec<Result<Vec<(String, Vec<u8>)>, String>>>>,
+    inbox: Arc<Mutex<Vec<Dropped>>>,
     /// Angle of the playing light, radians.
     playing: Option<f32>,
     frame: u32,
@@ -120,6 +124,7 @@ pub struct Viewer {
     started: Instant,
     first_picture: Option<Duration>,
     benchmark: bool,
+    ready: bool,
     settled: bool,
     screen: egui::Vec2,
 }
@@ -164,6 +169,7 @@ impl Viewer {
         }
         interface::style(&context.egui_ctx);
         Ok(Self {
+            ctx: context.egui_ctx.clone(),
             host,
             undo: Undo::new(&state),
             state,
@@ -193,6 +199,7 @@ impl Viewer {
             started: Instant::now(),
             first_picture: None,
             benchmark,
+            ready: false,
             settled: false,
             screen: egui::Vec2::ZERO,
         })
@@ -203,10 +210,13 @@ impl Viewer {
         let (state, complaints) = address::read(address);
         self.state = state;
         self.messages.extend(complaints);
+        (self.ready, self.settled, self.changed) = (false, false, Instant::now());
+        self.ctx.request_repaint();
     }
 
     /// Opens files as if they had been dropped.
     pub fn open(&mut self, files: Vec<(String, Vec<u8>)>) {
+        self.ctx.request_repaint();
         self.inbox.lock().unwrap_or_else(PoisonError::into_inner).push(Ok(files));
     }
 
@@ -296,6 +306,7 @@ impl Viewer {
         let _ = self.gpu.device.poll(wgpu::PollType::Poll);
         self.settled = false;
         if !self.load() {
+            self.ready = false;
             if self.loaded != self.state.scene {
                 ctx.request_repaint();
             }
@@ -317,9 +328,13 @@ impl Viewer {
             self.trade = Trade::default();
         }
         let moment = Moment { camera, frame: self.frame, seed: self.state.seed };
-        let (mut busy, mut drawn) = (false, true);
+        let (mut busy, mut drawn, mut measuring) = (false, true, false);
         for index in 0..2 {
-            busy |= self.advance_side(index, &stage, moment, renderer);
+            match self.advance_side(index, &stage, moment, ctx, renderer) {
+                Progress::Idle => {}
+                Progress::Busy => busy = true,
+                Progress::Measuring => measuring = true,
+            }
             drawn &= self.sides[index].as_ref().is_none_or(Side::is_drawn);
         }
         self.expose(&subject);
@@ -327,7 +342,7 @@ impl Viewer {
             busy = true;
         }
         let resting = self.playing.is_none() && self.changed.elapsed() > REST;
-        if !busy && self.state.truth && resting && !self.truth_done {
+        if !busy && !measuring && self.state.truth && resting && !self.truth_done {
             match self.background.step(&self.gpu, &stage, &subject) {
                 Ok(more) => self.truth_done = !more,
                 Err(error) => {
@@ -338,27 +353,32 @@ impl Viewer {
         }
         busy |= self.judge();
         self.stage = Some(stage);
-        self.settled = drawn && self.exposure_reading.is_none() && self.playing.is_none();
-        if busy || self.playing.is_some() || (self.state.truth && !self.truth_done) {
+        // What is ready now is painted in the next pass.
+        let ready = drawn && self.exposure_reading.is_none() && self.playing.is_none();
+        self.settled = ready && self.ready;
+        busy |= ready && !self.settled;
+        self.ready = ready;
+        if busy || self.playing.is_some() || (self.state.truth && !self.truth_done && !measuring) {
             ctx.request_repaint();
         }
     }
 
-    /// Draws and measures a side; true while there is more to do.
+    /// Draws and measures a side.
     fn advance_side(
         &mut self,
         index: usize,
         stage: &Stage,
         moment: Moment,
+        ctx: &egui::Context,
         renderer: &mut eframe::egui_wgpu::Renderer,
-    ) -> bool {
+    ) -> Progress {
         let wanted = index == 0 || self.state.compare;
         if !wanted {
             if let Some(side) = self.sides[index].take() {
                 side.destroy();
             }
             self.complaints[index] = None;
-            return false;
+            return Progress::Idle;
         }
         let (gpu, size) = (&self.gpu, self.state.size);
         let configuration = &self.state.sides[index];
@@ -378,16 +398,20 @@ impl Viewer {
             }
             Err(error) => self.complaints[index] = Some(error.to_string()),
         }
-        let Some(side) = &mut self.sides[index] else { return false };
+        let other = self.sides[1 - index].as_ref().is_some_and(Side::is_measuring);
+        let Some(side) = &mut self.sides[index] else { return Progress::Idle };
         if let Some(exposure) = self.state.exposure.map(f32::exp2).or(self.exposure) {
             let look = Look { exposure, range: stage.diagonal() * DEPTH_RANGE };
             let truth = self.background.known.as_ref().map(|known| (&known.textures, known.version));
-            side.look(gpu, &self.state.view, look, truth, renderer);
+            if side.look(gpu, &self.state.view, look, truth, renderer) {
+                self.ready = false;
+                ctx.request_repaint();
+            }
         }
         let rounds = if self.benchmark { benchmark::ROUNDS } else { 1 };
-        // The first picture comes before any measurement.
-        let measure = self.playing.is_none() && (self.exposure.is_some() || self.state.exposure.is_some());
-        side.draw(gpu, stage, moment, measure, rounds) == Progress::Busy
+        // The first picture comes before any measurement, and one side is measured at a time.
+        let measure = !other && self.playing.is_none() && (self.exposure.is_some() || self.state.exposure.is_some());
+        side.draw(ctx, gpu, stage, moment, measure, rounds)
     }
 
     /// Finds the exposure from the direct light of A, which no setting of a technique changes.
@@ -428,8 +452,9 @@ impl Viewer {
             }
             if let (Some(milliseconds), Some(rel_mse)) = (side.times.technique(), side.rel_mse)
                 && side.is_measured()
+                && known.is_settled()
             {
-                // What the truth's own noise adds is taken off, so that points of an early truth do not stand too high.
+                // What the truth's own noise adds is taken off.
                 let rel_mse = (rel_mse - known.noise.unwrap_or(0.0)).max(0.0);
                 self.trade.add(Tried { configuration: side.configuration().clone(), milliseconds, rel_mse });
             }

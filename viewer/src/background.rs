@@ -15,6 +15,32 @@ use crate::{show::TruthTextures, stage::Stage, timing::Work};
 /// Samples a pixel after which the tracer rests for good.
 const MOST_SAMPLES: u32 = 4096;
 
+/// Batches between two passes of the interface on a software adapter, where painting it takes as long as one of them.
+const SOFTWARE_BATCHES: u32 = 4;
+
+/// relMSE of the truth's own noise above which errors are not compared: a pixel that is black by chance divides by
+/// next to nothing, so that an early truth makes every error look larger, by more than its noise.
+const ROUGH: f64 = 0.05;
+
+/// Batches under way.
+struct Batch {
+    before: Work,
+    after: Work,
+    count: u32,
+}
+
+impl Batch {
+    /// How long one of them took, once all are done.
+    fn took(&self) -> Option<Duration> {
+        Some(self.after.end()?.duration_since(self.before.end()?) / self.count)
+    }
+}
+
+/// Whether the sums are to be read before the trace goes on.
+fn is_due(trace: &Trace, next_read: u32) -> bool {
+    trace.is_between_passes() && trace.progress().samples >= next_read
+}
+
 /// What a truth belongs to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject {
@@ -52,7 +78,7 @@ pub struct Background {
     tracer: Option<Tracer>,
     subject: Option<Subject>,
     trace: Option<Trace>,
-    batch: Option<Work>,
+    batch: Option<Batch>,
     reading: Option<Reading>,
     next_read: u32,
     version: u64,
@@ -88,8 +114,8 @@ impl Background {
         }
         let Some(trace) = &mut self.trace else { return Ok(false) };
         if let Some(batch) = &self.batch {
-            let Some(took) = batch.milliseconds() else { return Ok(true) };
-            trace.pace(Duration::from_secs_f64(took * 1e-3));
+            let Some(took) = batch.took() else { return Ok(true) };
+            trace.pace(took);
             self.batch = None;
         }
         if let Some(reading) = &self.reading {
@@ -99,17 +125,20 @@ impl Background {
             self.known = Some(Known::new(gpu, &state.truth(&request), self.version));
         }
         // Noise halves with four times the samples: reading at every doubling shows each step of it.
-        let samples = trace.progress().samples;
-        if trace.is_between_passes() && samples >= self.next_read {
-            self.next_read = samples * 2;
+        if is_due(trace, self.next_read) {
+            self.next_read = trace.progress().samples * 2;
             self.reading = Some(trace.read(gpu));
             return Ok(true);
         }
         if trace.is_finished() {
             return Ok(false);
         }
-        if trace.submit(gpu) {
-            self.batch = Some(Work::submit(gpu, None));
+        // What was submitted before, such as the painting of the interface, is no part of the batch's time.
+        let before = Work::submit(&gpu.queue, None);
+        let most = if stage.software { SOFTWARE_BATCHES } else { 1 };
+        let count = (0..most).take_while(|_| !is_due(trace, self.next_read) && trace.submit(gpu)).count() as u32;
+        if count > 0 {
+            self.batch = Some(Batch { before, after: Work::submit(&gpu.queue, None), count });
         }
         Ok(true)
     }
@@ -177,6 +206,11 @@ impl Known {
             textures,
             version,
         }
+    }
+
+    /// Whether it is good enough to compare errors by.
+    pub fn is_settled(&self) -> bool {
+        self.noise.is_some_and(|noise| noise <= ROUGH)
     }
 
     /// relMSE of `albedo * indirect` for this incident light.

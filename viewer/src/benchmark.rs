@@ -6,7 +6,7 @@ use halflight_renderer::plan::Part;
 use crate::{numbers::milliseconds, stage::Side};
 
 /// Rounds that the page measures.
-pub const ROUNDS: usize = 9;
+pub const ROUNDS: usize = 5;
 
 /// The table of the benchmark page.
 pub fn page(ui: &mut Ui, side: &Side, adapter: &str) {

@@ -70,6 +70,7 @@ fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Para
     let before = value.clone();
     let title = parameter.name.replace('_', " ");
     let tooltip = tooltip(parameter);
+    let unit = if matches!(parameter.unit, "" | "1") { String::new() } else { format!(" {}", parameter.unit) };
     ui.horizontal_wrapped(|ui| {
         let label = ui.allocate_ui(vec2(LABEL, 20.0), |ui| {
             ui.set_min_width(LABEL);
@@ -77,12 +78,18 @@ fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Para
         });
         let label = label.inner;
         let response = match (parameter.kind, &mut value) {
-            (Kind::Int(low, high), Value::Int(number)) => {
-                ui.add(Slider::new(number, low..=high).logarithmic((high - low) as f64 > LOGARITHMIC_ABOVE))
-            }
+            (Kind::Int(low, high), Value::Int(number)) => ui.add(
+                Slider::new(number, low..=high).logarithmic((high - low) as f64 > LOGARITHMIC_ABOVE).suffix(&unit),
+            ),
             (Kind::Float(low, high), Value::Float(number)) => {
                 let long = high - low > LOGARITHMIC_ABOVE;
-                ui.add(Slider::new(number, low..=high).logarithmic(long).smallest_positive(0.1).max_decimals(3))
+                ui.add(
+                    Slider::new(number, low..=high)
+                        .logarithmic(long)
+                        .smallest_positive(0.1)
+                        .max_decimals(3)
+                        .suffix(&unit),
+                )
             }
             (Kind::Choice(names), Value::Text(chosen)) => {
                 let combo = ComboBox::from_id_salt((name, &key)).selected_text(chosen.as_str());
@@ -100,9 +107,6 @@ fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Para
         };
         marks.add(&format!("{name}.{key}"), response.rect);
         response.labelled_by(label.id).on_hover_text(&tooltip);
-        if !matches!(parameter.unit, "" | "1") {
-            ui.label(RichText::new(parameter.unit).weak().small());
-        }
         if side.settings.contains_key(&key) {
             let reset = ui.small_button("reset").on_hover_text(format!("Back to {}", parameter.default));
             marks.add(&format!("{name}.{key}.reset"), reset.rect);

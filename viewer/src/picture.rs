@@ -12,6 +12,9 @@ const FLY_SPEED: f32 = 0.12;
 /// Part of the picture's height that an arrow key turns by in a second.
 const KEY_TURN: f32 = 0.25;
 
+/// Seconds that a short press of a key counts for.
+const PRESS: f32 = 0.05;
+
 /// What the picture draws.
 pub struct Shown<'a> {
     /// Textures of the sides; B only where two are compared.
@@ -144,22 +147,26 @@ fn move_camera(ui: &egui::Ui, response: &egui::Response, view: &mut Camera, diag
     }
     let keep = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
     ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, keep));
-    let (time, held) = ui.input(|i| (i.stable_dt.min(0.1), i.keys_down.clone()));
-    let axis = |plus: &[Key], minus: &[Key]| {
-        let any = |keys: &[Key]| f32::from(u8::from(keys.iter().any(|key| held.contains(key))));
-        any(plus) - any(minus)
+    // A key that was pressed and released between two passes counts as held for a moment.
+    let moment = |ui: &egui::Ui, keys: &[Key]| {
+        ui.input(|i| {
+            let held = keys.iter().any(|key| i.key_down(*key));
+            let presses: usize = keys.iter().map(|key| i.num_presses(*key)).sum();
+            if held { i.stable_dt.min(0.1) } else { presses as f32 * PRESS }
+        })
     };
+    let axis = |plus: &[Key], minus: &[Key]| moment(ui, plus) - moment(ui, minus);
     let turn = [axis(&[Key::ArrowLeft], &[Key::ArrowRight]), axis(&[Key::ArrowUp], &[Key::ArrowDown])];
     let step = [axis(&[Key::D], &[Key::A]), axis(&[Key::E], &[Key::Q]), axis(&[Key::W], &[Key::S])];
     let closer = axis(&[Key::Plus, Key::Equals], &[Key::Minus]);
     if turn != [0.0; 2] {
-        camera::orbit(view, turn.map(|v| v * KEY_TURN * time));
+        camera::orbit(view, turn.map(|v| v * KEY_TURN));
     }
     if step != [0.0; 3] {
-        camera::fly(view, step.map(|v| v * FLY_SPEED * diagonal * time));
+        camera::fly(view, step.map(|v| v * FLY_SPEED * diagonal));
     }
     if closer != 0.0 {
-        camera::zoom(view, (closer * time).exp());
+        camera::zoom(view, closer.exp());
     }
     if turn != [0.0; 2] || step != [0.0; 3] || closer != 0.0 {
         ui.request_repaint();

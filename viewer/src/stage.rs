@@ -1,5 +1,6 @@
 //! A scene on a device, and a configuration that is drawn of it.
 
+use eframe::egui::Context;
 use halflight_renderer::{
     Externals, Gpu, Recording, SceneBuffers, SceneFacts, View as Seen,
     parameters::SettingsError,
@@ -12,7 +13,7 @@ use crate::{
     readback::{Reading, TextureReading},
     show::{Look, TruthTextures, show},
     state::{Configuration, View},
-    timing::{Method, Repeater, Times, Work, is_coarse},
+    timing::{Method, Round, Times, Work, is_coarse},
 };
 
 /// Frames that are measured after a change.
@@ -77,7 +78,7 @@ pub struct Side {
     texture: Option<eframe::egui::TextureId>,
     drawing: Option<Work>,
     timestamps: Option<Reading>,
-    repeater: Repeater,
+    round: Option<Round>,
     /// Running times.
     pub times: Times,
     /// How they are measured.
@@ -103,6 +104,8 @@ pub enum Progress {
     Idle,
     /// Waits for the device.
     Busy,
+    /// A round of repetitions runs, which painting would disturb; it asks for the next pass itself.
+    Measuring,
 }
 
 /// The plan of a configuration, or why there is none: a setting out of range, a size that the device cannot hold.
@@ -145,7 +148,7 @@ impl Side {
             texture: None,
             drawing: None,
             timestamps: None,
-            repeater: Repeater::default(),
+            round: None,
             method,
             frames_left: 0,
             drawn: false,
@@ -173,6 +176,7 @@ impl Side {
         if new == *self.recording.plan() {
             return Ok(false);
         }
+        self.round = None;
         if !self.recording.update(gpu, &new) {
             let texture = self.texture;
             let fresh = Self::new(gpu, stage, configuration, size)?;
@@ -192,7 +196,15 @@ impl Side {
 
     /// Draws and measures as far as the device is ready. `measure` asks for times, too: at least this many `rounds`
     /// where passes are timed by repetition.
-    pub fn draw(&mut self, gpu: &Gpu, stage: &Stage, moment: Moment, measure: bool, rounds: usize) -> Progress {
+    pub fn draw(
+        &mut self,
+        ctx: &Context,
+        gpu: &Gpu,
+        stage: &Stage,
+        moment: Moment,
+        measure: bool,
+        rounds: usize,
+    ) -> Progress {
         if let Some(work) = &self.drawing {
             let Some(took) = work.milliseconds() else { return Progress::Busy };
             self.frame_ms = Some(took);
@@ -211,8 +223,14 @@ impl Side {
                 }
             }
         }
+        if let Some(round) = &self.round
+            && round.collect(&mut self.times)
+        {
+            self.round = None;
+        }
         let moved = self.moment != Some(moment);
         if moved {
+            self.round = None;
             self.frames_left = MEASURED_FRAMES;
             self.drawn = false;
             (self.light, self.indirect, self.rel_mse, self.judged) = (None, None, None, 0);
@@ -223,8 +241,11 @@ impl Side {
             return Progress::Busy;
         }
         if by_repetition && measure && self.times.rounds() < rounds {
-            self.repeater.step(gpu, &self.recording, &mut self.times);
-            return Progress::Busy;
+            if self.round.is_none() {
+                let ctx = ctx.clone();
+                self.round = Some(Round::start(gpu, &self.recording, &self.times, move || ctx.request_repaint()));
+            }
+            return Progress::Measuring;
         }
         Progress::Idle
     }
@@ -239,14 +260,14 @@ impl Side {
         if let Some(show) = &self.show {
             show.record(gpu, &mut encoder, &seen);
         }
-        self.drawing = Some(Work::submit(gpu, Some(encoder.finish())));
+        self.drawing = Some(Work::submit(&gpu.queue, Some(encoder.finish())));
         if self.method == Method::Timestamps {
             self.timestamps = self.recording.timing_buffer().map(Reading::of);
         }
     }
 
-    /// Shows a view of the last frame; `truth_version` counts what was traced so far. Returns false where the frame
-    /// lacks what the view shows.
+    /// Shows a view of the last frame, where it is not shown already; true where the picture is another one now. The
+    /// number beside the truth counts what was traced so far. A frame that lacks what the view shows has no picture.
     pub fn look(
         &mut self,
         gpu: &Gpu,
@@ -256,7 +277,8 @@ impl Side {
         renderer: &mut eframe::egui_wgpu::Renderer,
     ) -> bool {
         let key = (view.clone(), look, truth.map_or(0, |(_, version)| version));
-        if self.shown.as_ref() != Some(&key) {
+        let other = self.shown.as_ref() != Some(&key);
+        if other {
             self.shown = Some(key);
             if let Some(old) = self.show.take() {
                 old.destroy();
@@ -278,7 +300,7 @@ impl Side {
                 gpu.queue.submit([encoder.finish()]);
             }
         }
-        self.show.is_some()
+        other
     }
 
     /// The picture for the screen, once there is one.
@@ -324,6 +346,11 @@ impl Side {
     /// Whether a frame of the current moment has been drawn to its end; more of them may be under way, to be measured.
     pub fn is_drawn(&self) -> bool {
         self.moment.is_some() && self.drawn
+    }
+
+    /// Whether a round of repetitions runs.
+    pub fn is_measuring(&self) -> bool {
+        self.round.is_some()
     }
 
     /// Whether enough was measured for a median to count.

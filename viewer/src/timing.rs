@@ -2,7 +2,9 @@
 
 use std::{
     collections::VecDeque,
+    pin::Pin,
     sync::{Arc, Mutex, PoisonError},
+    task::{Context, Poll, Waker},
 };
 
 use halflight_renderer::{Gpu, Recording, plan::Part};
@@ -12,6 +14,8 @@ use web_time::Instant;
 const KEPT: usize = 31;
 /// Time that the repetitions of one pass should take, milliseconds: long beside a browser's rounding of clocks.
 const REPEATED_MS: f64 = 40.0;
+/// Repetitions of a pass of which nothing is known yet.
+const FIRST_REPEATS: u32 = 4;
 /// Most repetitions of a pass in one submission.
 const MOST_REPEATS: u32 = 64;
 
@@ -103,67 +107,131 @@ fn median(values: &VecDeque<f64>) -> f64 {
 }
 
 /// Work on the device, and when it was done.
+#[derive(Clone)]
 pub struct Work {
     start: Instant,
-    end: Arc<Mutex<Option<Instant>>>,
+    end: Arc<Mutex<End>>,
+}
+
+#[derive(Default)]
+struct End {
+    at: Option<Instant>,
+    waker: Option<Waker>,
 }
 
 impl Work {
     /// Submits, and notes the time.
-    pub fn submit(gpu: &Gpu, commands: Option<wgpu::CommandBuffer>) -> Self {
-        let end = Arc::new(Mutex::new(None));
+    pub fn submit(queue: &wgpu::Queue, commands: Option<wgpu::CommandBuffer>) -> Self {
+        let end: Arc<Mutex<End>> = Arc::default();
         let noted = end.clone();
         let start = Instant::now();
-        gpu.queue.submit(commands);
-        gpu.queue.on_submitted_work_done(move || {
-            *noted.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
+        queue.submit(commands);
+        queue.on_submitted_work_done(move || {
+            let mut end = noted.lock().unwrap_or_else(PoisonError::into_inner);
+            end.at = Some(Instant::now());
+            end.waker.take().into_iter().for_each(Waker::wake);
         });
         Self { start, end }
     }
 
     /// Milliseconds from submission to the end, once there is one.
     pub fn milliseconds(&self) -> Option<f64> {
-        let end = (*self.end.lock().unwrap_or_else(PoisonError::into_inner))?;
-        Some(end.duration_since(self.start).as_secs_f64() * 1e3)
+        Some(self.end()?.duration_since(self.start).as_secs_f64() * 1e3)
+    }
+
+    /// When it was done.
+    pub fn end(&self) -> Option<Instant> {
+        self.end.lock().unwrap_or_else(PoisonError::into_inner).at
     }
 }
 
-/// Times each pass by repetition: once, then many times over in one submission; the difference is free of what a
-/// submission costs by itself.
-#[derive(Default)]
-pub struct Repeater {
-    pass: usize,
-    once: Option<f64>,
-    running: Option<(Work, u32)>,
+impl Future for Work {
+    type Output = f64;
+
+    fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<f64> {
+        self.end.lock().unwrap_or_else(PoisonError::into_inner).waker = Some(context.waker().clone());
+        self.milliseconds().map_or(Poll::Pending, Poll::Ready)
+    }
 }
 
-impl Repeater {
-    /// Goes on where the device is ready; false while it waits for it.
-    pub fn step(&mut self, gpu: &Gpu, recording: &Recording, times: &mut Times) -> bool {
-        let mut next = 1;
-        if let Some((work, repeats)) = &self.running {
-            // In a window nobody else waits for the device, and a clock read once a frame would tell nothing.
-            #[cfg(not(target_arch = "wasm32"))]
-            let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
-            let Some(took) = work.milliseconds() else { return false };
-            match self.once {
-                Some(once) => {
-                    times.add(self.pass, (took - once).max(0.0) / f64::from(repeats - 1));
-                    self.once = None;
-                    self.pass = (self.pass + 1) % recording.plan().passes.len().max(1);
+/// One round of repetitions: each pass once, then many times over in one submission. The difference is free of what a
+/// submission costs by itself. While a round runs the interface is not painted, because its own painting would be timed,
+/// too.
+pub struct Round {
+    found: Arc<Mutex<Found>>,
+}
+
+#[derive(Default)]
+struct Found {
+    passes: Vec<(usize, f64)>,
+    over: bool,
+}
+
+impl Drop for Round {
+    fn drop(&mut self) {
+        // Ends the round: its textures may be gone before its next submission.
+        self.found.lock().unwrap_or_else(PoisonError::into_inner).over = true;
+    }
+}
+
+impl Round {
+    /// Starts a round; `times` says how often each pass is repeated. `ended` is called at the end.
+    pub fn start(gpu: &Gpu, recording: &Recording, times: &Times, ended: impl Fn() + 'static) -> Self {
+        let encode = |pass: usize, repeats: u32| {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            recording.record_repeated(&mut encoder, pass, repeats);
+            encoder.finish()
+        };
+        let jobs: Vec<_> = times
+            .medians()
+            .enumerate()
+            .map(|(pass, (_, _, ms))| {
+                let repeats = if ms.is_finite() { (REPEATED_MS / ms.max(0.01)) as u32 } else { FIRST_REPEATS };
+                let repeats = repeats.clamp(2, MOST_REPEATS);
+                (pass, repeats, encode(pass, 1), encode(pass, 1 + repeats))
+            })
+            .collect();
+        let found: Arc<Mutex<Found>> = Arc::default();
+        let (results, queue) = (found.clone(), gpu.queue.clone());
+        let round = async move {
+            // What was submitted before, such as the painting of the interface, is waited for.
+            Work::submit(&queue, None).await;
+            for (pass, repeats, once, many) in jobs {
+                if results.lock().unwrap_or_else(PoisonError::into_inner).over {
+                    return;
                 }
-                None => {
-                    self.once = Some(took);
-                    next = 1 + (REPEATED_MS / took.max(0.1)).clamp(1.0, f64::from(MOST_REPEATS)) as u32;
-                }
+                let once = Work::submit(&queue, Some(once)).await;
+                let many = Work::submit(&queue, Some(many)).await;
+                let each = (many - once).max(0.0) / f64::from(repeats);
+                results.lock().unwrap_or_else(PoisonError::into_inner).passes.push((pass, each));
             }
+            results.lock().unwrap_or_else(PoisonError::into_inner).over = true;
+            ended();
+        };
+        #[cfg(target_arch = "wasm32")]
+        wasm_bindgen_futures::spawn_local(round);
+        #[cfg(not(target_arch = "wasm32"))]
+        block_on(round, &gpu.device);
+        Self { found }
+    }
+
+    /// Takes over what was found so far; true where the round is over.
+    pub fn collect(&self, times: &mut Times) -> bool {
+        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        found.passes.drain(..).for_each(|(pass, ms)| times.add(pass, ms));
+        found.over
+    }
+}
+
+/// In a window nobody else waits for the device, and a clock that is read once a frame would tell nothing.
+#[cfg(not(target_arch = "wasm32"))]
+fn block_on(round: impl Future<Output = ()>, device: &wgpu::Device) {
+    let mut round = std::pin::pin!(round);
+    let mut context = Context::from_waker(Waker::noop());
+    while round.as_mut().poll(&mut context).is_pending() {
+        if device.poll(wgpu::PollType::wait_indefinitely()).is_err() {
+            return;
         }
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        if self.pass < recording.plan().passes.len() {
-            recording.record_repeated(&mut encoder, self.pass, next);
-        }
-        self.running = Some((Work::submit(gpu, Some(encoder.finish())), next));
-        true
     }
 }
 

@@ -14,7 +14,7 @@ use crate::{
 /// Width of a page, points, under which the controls stand below the picture and not beside it.
 const NARROW: f32 = 760.0;
 /// Width of the controls, points.
-const CONTROLS: f32 = 330.0;
+const CONTROLS: f32 = 350.0;
 
 /// Text sizes and spacing: fingers fit, and nothing is smaller than a browser's small print.
 pub(super) fn style(ctx: &egui::Context) {
@@ -342,6 +342,9 @@ impl Viewer {
             Some(known) => {
                 let noise = known.noise.map_or("unknown".to_owned(), numbers::percent);
                 ui.label(format!("{} samples a pixel; its own noise is {noise}", known.samples));
+                if !known.is_settled() {
+                    ui.label(RichText::new("Still rough: errors look larger than they are.").weak());
+                }
                 for (index, name) in ["A", "B"].into_iter().enumerate() {
                     if let Some(error) = self.sides[index].as_ref().and_then(|side| side.rel_mse) {
                         let clean = (error - known.noise.unwrap_or(0.0)).max(0.0);

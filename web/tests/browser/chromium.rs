@@ -88,6 +88,8 @@ impl Page {
         let child = Command::new(find())
             .args(SWITCHES)
             .arg(format!("--user-data-dir={}", profile.display()))
+            // As the browser's zoom and dense screens do; an emulated scale would not reach the canvas.
+            .arg(format!("--force-device-scale-factor={scale}"))
             .arg("about:blank")
             .stdout(Stdio::null())
             .stderr(Stdio::null())
@@ -115,14 +117,10 @@ impl Page {
         for domain in ["Page", "Runtime", "Network", "Log"] {
             page.call(&format!("{domain}.enable"), json!({}));
         }
-        page.resize(size, scale);
+        // A scale of 0 leaves the browser's own.
+        let metrics = json!({ "width": size[0], "height": size[1], "deviceScaleFactor": 0, "mobile": false });
+        page.call("Emulation.setDeviceMetricsOverride", metrics);
         page
-    }
-
-    /// Sets the size of the page in CSS pixels, and how many device pixels each is wide: as zooming does.
-    pub fn resize(&mut self, [width, height]: [u32; 2], scale: f64) {
-        let metrics = json!({ "width": width, "height": height, "deviceScaleFactor": scale, "mobile": false });
-        self.call("Emulation.setDeviceMetricsOverride", metrics);
     }
 
     /// Calls a method of the protocol.

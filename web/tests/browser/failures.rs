@@ -70,7 +70,7 @@ fn browsers_without_webgpu_are_told_what_to_do() {
         let mut page = crate::chromium::Page::open(crate::SIZE, 1.0);
         page.call("Page.addScriptToEvaluateOnNewDocument", serde_json::json!({ "source": script }));
         page.go(&demo());
-        page.wait_for(&format!("document.body.innerText.includes('{wanted}')"));
+        page.wait_for(&format!("document.body?.innerText.includes('{wanted}') === true"));
         page.screenshot(&target(), name);
     }
 }

@@ -23,7 +23,7 @@ fn the_first_picture_comes_soon() {
 fn the_benchmark_page_prints_medians() {
     let _alone = alone();
     let mut page = open("benchmark&scene=atrium&size=1280x720");
-    let report = page.wait("nine rounds", |r| settled(r) && r["sides"][0]["rounds"].as_u64().unwrap() >= 9);
+    let report = page.wait("five rounds", |r| settled(r) && r["sides"][0]["rounds"].as_u64().unwrap() >= 5);
     let side = &report["sides"][0];
     println!(
         "atrium at 1280x720, hierarchical with its defaults (quarter, 4 levels, 64 samples), {}",

@@ -114,9 +114,9 @@ fn the_atrium_and_its_views() {
 #[test]
 fn the_truth_refines_and_gives_an_error() {
     let _alone = alone();
-    let mut page = open("scene=cornell&size=320x180&view=error");
+    let mut page = open("scene=cornell&size=160x90&view=error");
     let report = page.wait("16 samples of truth", |r| {
-        r["truth_samples"].as_u64().unwrap() >= 16 && r["sides"][0]["rel_mse"].is_number() && r["tried"] == 1
+        r["truth_samples"].as_u64().unwrap() >= 16 && r["sides"][0]["rel_mse"].is_number()
     });
     page.screenshot(&target(), "error-map");
     let error = report["sides"][0]["rel_mse"].as_f64().unwrap();

@@ -189,10 +189,13 @@ fn rays(args: &Args, session: &Session) -> Result<(), Error> {
     Ok(())
 }
 
+/// A cut-out texture and the places of a triangle's corners in it.
+type Cutout<'a> = (&'a Texture, [[f32; 2]; 3]);
+
 /// The triangles, with what makes holes in them.
 struct Geometry<'a> {
     triangles: Vec<Triangle>,
-    holes: Vec<Option<(&'a Texture, [[f32; 2]; 3])>>,
+    holes: Vec<Option<Cutout<'a>>>,
     bvh: CwBvh,
 }
 

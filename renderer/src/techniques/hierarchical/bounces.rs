@@ -3,7 +3,7 @@
 
 use wgpu::TextureFormat as Format;
 
-use super::{Gather, Light};
+use super::gather::{Gather, Light};
 use crate::{
     frame::variant,
     plan::{FramePlan, Part, ResourceId},

@@ -21,7 +21,7 @@ fn scan(session: &Session, technique: &str, settings: &[(&str, &str)], size: [u3
         let what = format!("{} {technique} {settings:?} {size:?}: {name}", session.scene.name);
         assert_eq!(bad, 0, "{what} has {bad} values that are not finite");
         // Light is never negative.
-        if ["direct", "indirect", "final"].contains(&name.as_str()) {
+        if ["direct", "indirect", "glossy", "final"].contains(&name.as_str()) {
             assert!(texels.iter().flatten().all(|&v| v >= 0.0), "{what} has negative values");
             largest = texels.iter().flatten().fold(largest, |a, &b| a.max(b));
         }
@@ -52,8 +52,6 @@ const SETTINGS: &[&[(&str, &str)]] = &[
     &[("visibility", "solid"), ("samples_per_ray", "64"), ("start_resolution", "full"), ("levels", "8")],
     &[("visibility", "auto"), ("radius", "16384"), ("bounces", "3"), ("visibility_bounces", "first")],
     &[("bounces", "8"), ("start_resolution", "full"), ("levels", "1"), ("pyramid_filter", "vote")],
-    &[("glossy", "on"), ("visibility", "surface")],
-    &[("glossy", "on"), ("glossy_importance", "off"), ("start_resolution", "full"), ("levels", "1")],
 ];
 
 fn scan_all(scene: &Scene, size: [u32; 2]) {
@@ -121,6 +119,28 @@ fn scenes_without_light_are_finite() {
     let mut scene = scenes::court();
     scene.lights.clear();
     scan_all(&scene, [33, 17]);
+}
+
+#[test]
+fn extremes_of_gloss_are_finite() {
+    for exponent in [0.0, 1.0, 32.0, 1e6] {
+        let mut scene = scenes::court();
+        scene.name = format!("court with exponent {exponent:e}");
+        scene.materials.iter_mut().for_each(|material| {
+            material.specular = [1.0, 0.5, 0.0];
+            material.phong_exponent = exponent;
+        });
+        let session = Session::new(device(), &scene);
+        for importance in ["on", "off"] {
+            for more in [[("visibility", "surface"), ("bounces", "2")], [("start_resolution", "full"), ("levels", "1")]]
+            {
+                let settings = [&[("glossy", "on"), ("glossy_importance", importance)][..], &more].concat();
+                for size in [[33, 17], [1, 1], [97, 1]] {
+                    scan(&session, "hierarchical", &settings, size);
+                }
+            }
+        }
+    }
 }
 
 #[test]

@@ -31,6 +31,8 @@ mod receive;
 
 /// Time for which the camera must rest before the path tracer starts.
 const REST: Duration = Duration::from_millis(500);
+/// Time between two passes of the interface while a software adapter traces: that of its batches.
+const SOFTWARE_PAUSE: Duration = Duration::from_millis(300);
 /// Radians a second that a playing light turns.
 const PLAY_SPEED: f32 = 0.4;
 /// Part of the scene's diagonal whose depth shows as middle grey.
@@ -358,8 +360,12 @@ impl Viewer {
         self.settled = ready && self.ready;
         busy |= ready && !self.settled;
         self.ready = ready;
-        if busy || self.playing.is_some() || (self.state.truth && !self.truth_done && !measuring) {
+        if busy || self.playing.is_some() {
             ctx.request_repaint();
+        } else if self.state.truth && !self.truth_done && !measuring {
+            // Software paints the interface as slowly as it traces: most of its time belongs to the tracer.
+            let wait = if self.software { SOFTWARE_PAUSE } else { Duration::ZERO };
+            ctx.request_repaint_after(wait);
         }
     }
 

@@ -12,8 +12,8 @@ fn srgb_encode(linear: vec3f) -> vec3f {
 
 /// Display value (sRGB-encoded, 0..1) of linear radiance.
 fn tone_map(radiance: vec3f, exposure: f32) -> vec3f {
-    // Bounded, so that a scale of 1 / peak stays a number.
-    let exposed = clamp(radiance * exposure, vec3f(0.0), vec3f(1e30));
+    // Bounded before they are multiplied (radiance is stored up to 1e30): the product stays a number and keeps its hue.
+    let exposed = clamp(radiance, vec3f(0.0), vec3f(1e30)) * min(exposure, 1e8);
     let peak = max(exposed.x, max(exposed.y, exposed.z));
     let room = 1.0 - SHOULDER_START;
     let bent = (1.0 - room * exp(-(peak - SHOULDER_START) / room)) / max(peak, SHOULDER_START);

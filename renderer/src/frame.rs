@@ -76,7 +76,7 @@ pub fn plan_frame(
     size: [u32; 2],
     direct: DirectSource,
 ) -> Result<FramePlan, SettingsError> {
-    let follows = facts.needs.moving_objects > 0 && follows_objects(technique, settings, size)?;
+    let follows = facts.needs.moving_objects > 0 && follows_objects(facts, technique, settings, size)?;
     let (mut plan, gbuffer) = plan_scene_for(facts, settings, size, direct, follows)?;
     let output = |name| plan.outputs[name];
     let motion = gbuffer.object.zip(gbuffer.objects).map(|(object, objects)| MotionInputs { object, objects });
@@ -95,8 +95,13 @@ pub fn plan_frame(
 }
 
 /// Whether a technique with these settings reuses the frame before, and so has to know where objects were.
-fn follows_objects(technique: &Technique, settings: &Settings, size: [u32; 2]) -> Result<bool, SettingsError> {
-    Ok(plan_technique(technique, settings, size)?.has_history())
+fn follows_objects(
+    facts: &SceneFacts,
+    technique: &Technique,
+    settings: &Settings,
+    size: [u32; 2],
+) -> Result<bool, SettingsError> {
+    Ok(plan_technique_of_scene(facts, technique, settings, size)?.has_history())
 }
 
 /// The source of indirect light: direct light, without that of surfaces which only receive.

@@ -1,7 +1,7 @@
 //! The interactive application: one egui program that a browser page (`web`) and a desktop window (`native`) both open.
 //!
 //! [`Viewer`] holds a [`state::State`], plain data that a link can carry. Each pass of the interface brings a
-//! [`stage::Stage`] (a scene on the device) and one or two [`stage::Side`]s (a configuration, drawn and measured) in
+//! `stage::Stage` (a scene on the device) and one or two `stage::Side`s (a configuration, drawn and measured) in
 //! line with it, and shows what they left. Nothing here waits: results are asked for again in the next pass.
 
 pub mod address;

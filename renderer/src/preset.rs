@@ -1,10 +1,12 @@
 //! Presets: a technique with its settings in a small TOML file. The viewer saves and loads them, the evaluator takes them
 //! with `--preset`, and a `[[sweep]]` of a grid reads its settings through the same functions.
 //!
-//!     technique = "hierarchical"
-//!     [settings]
-//!     samples = 16
-//!     start_resolution = "half"
+//! ```toml
+//! technique = "hierarchical"
+//! [settings]
+//! samples = 16
+//! start_resolution = "half"
+//! ```
 
 use std::{fmt::Write, path::Path};
 

@@ -30,6 +30,7 @@ fn explain(scene: &Scene, technique: &str, values: &[(&str, &str)]) -> Explanati
         seed: 0,
         frames: 32,
         samples_per_pixel: 256,
+        cache: None,
         direct_from_truth: false,
     };
     let explanation = Explanation::measure(device(), scene, &options).unwrap();

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use halflight_native::cache::Cache;
 
 use super::{SceneArgs, TechniqueArgs, parse_size};
 use crate::{
@@ -57,6 +58,7 @@ pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
         seed: args.seed,
         frames: args.frames,
         samples_per_pixel: args.samples_per_pixel,
+        cache: Some(Cache::standard()),
         direct_from_truth: args.direct == "truth",
     };
     let explanation = Explanation::measure(&native, &scene, &options)?;

@@ -51,6 +51,8 @@ pub struct Options {
     pub frames: u32,
     /// Samples a pixel of the truth.
     pub samples_per_pixel: u32,
+    /// Where truth that was traced is kept; `None` traces it anew.
+    pub cache: Option<Cache>,
     /// Feed path-traced direct light to the technique, as the papers do: then there is no link of direct light.
     pub direct_from_truth: bool,
 }
@@ -236,7 +238,7 @@ struct TracedGroups {
 }
 
 fn trace(native: &NativeGpu, scene: &Scene, options: &Options) -> Result<TracedGroups, Error> {
-    let source = TruthSource::new(&native.gpu, scene, Some(Cache::standard()));
+    let source = TruthSource::new(&native.gpu, scene, options.cache.clone());
     let stop = Stop { error_block: 8, ..Stop::at_samples(options.samples_per_pixel.div_ceil(GROUPS).max(1)) };
     let progress = Progress::new(&format!("truth of {}", scene.name), 100 * u64::from(GROUPS));
     let mut groups: Option<TracedGroups> = None;

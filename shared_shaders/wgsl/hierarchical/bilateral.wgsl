@@ -1,12 +1,11 @@
 // Joint bilateral upsampling (Kopf et al. 2007): weights from depth and normal of both resolutions.
 
-/// Weight of a coarse texel for a fine one, without the kernel's spatial part. The distance is that
-/// to the fine texel's tangent plane, so slanted surfaces interpolate freely; it reaches zero at
-/// `1 / inverse_tolerance`.
-fn surface_weight(fine: vec3f, fine_normal: vec3f, coarse: vec3f, coarse_normal: vec3f, inverse_tolerance: f32) -> f32 {
-    let distance = dot(fine_normal, coarse - fine) * inverse_tolerance;
+/// Weight of a coarse texel for a fine one, without the kernel's spatial part: from its distance to the fine texel's
+/// tangent plane, so that slanted surfaces interpolate freely, in tolerances (`inverse_tolerance`), where it reaches
+/// zero, and from the cosine between the two normals.
+fn surface_weight(distance: f32, cosine: f32) -> f32 {
     let near = max(1.0 - distance * distance, 0.0);
-    let bend = max(dot(fine_normal, coarse_normal), 0.0);
+    let bend = max(cosine, 0.0);
     let bend_2 = bend * bend;
     let bend_4 = bend_2 * bend_2;
     return near * near * bend_4 * bend_4;

@@ -94,9 +94,56 @@ fn score(pixel: vec2i, child: Surfel) -> f32 {
     return sum;
 }
 
-/// Whether two children show the same surface, so that their radiance may be averaged.
-fn agree(kept: Surfel, kept_position: vec3f, other: Surfel, other_position: vec3f) -> bool {
-    return same_surface(kept.normal, kept_position, other.normal, other_position, 2.0 * child_width(kept));
+struct Child {
+    // Its depth is that of the sky where there is no surface or no screen.
+    surfel: Surfel,
+    place: vec2u,
+    position: vec3f,
+    // The child with the largest value is kept; 0 where there is no surface.
+    value: f32,
+    on_screen: bool,
+}
+
+fn load_child(first: vec2i, place: vec2u) -> Child {
+    let pixel = first + vec2i(place);
+    let on_screen = inside(pixel);
+    var surfel = load(min(pixel, size() - 1));
+    surfel.depth = select(SKY_DEPTH, surfel.depth, on_screen);
+    let at = position(pixel, surfel);
+    // The distance and not the depth: all of a wall that faces the camera has the same depth, and
+    // rounding would choose. Distances mirror when the scene does.
+    var value = inverseSqrt(dot(at, at));
+    if VOTE {
+        value = TIE * value * surfel.depth;
+        // Without a surface there is nothing to score.
+        if surfel.depth > SKY_DEPTH {
+            value += score(pixel, surfel);
+        }
+    }
+    return Child(surfel, place, at, select(0.0, value, surfel.depth > SKY_DEPTH), on_screen);
+}
+
+/// The child with the larger value. Chosen field by field: a branch costs more.
+fn better(a: Child, b: Child) -> Child {
+    let b_wins = b.value > a.value;
+    return Child(
+        Surfel(
+            select(a.surfel.depth, b.surfel.depth, b_wins),
+            select(a.surfel.normal, b.surfel.normal, b_wins),
+            vec3f(0.0),
+            select(a.surfel.offset, b.surfel.offset, b_wins),
+        ),
+        select(a.place, b.place, b_wins),
+        select(a.position, b.position, b_wins),
+        select(a.value, b.value, b_wins),
+        true,
+    );
+}
+
+/// Radiance and 1 of a child that shows the same surface as the kept one, so that they may be averaged; otherwise 0.
+fn radiance_where_same(kept: Child, width: f32, child: Child) -> vec4f {
+    let same = same_surface(kept.surfel.normal, kept.position, child.surfel.normal, child.position, width);
+    return select(vec4f(0.0), vec4f(child.surfel.radiance, 1.0), same && child.surfel.depth > SKY_DEPTH);
 }
 
 @compute @workgroup_size(8, 8)
@@ -104,57 +151,30 @@ fn pyramid(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(surfels)) {
         return;
     }
+    // The four children have names instead of places in an array, so that they stay in registers.
     let first = vec2i(id.xy) * 2;
-    var child: array<Surfel, 4>;
-    var kept = -1;
-    var best = 0.0;
-    // Children on the screen, and those of them that show a surface.
-    var seen = 0.0;
-    var solid = 0.0;
-    for (var i = 0; i < 4; i++) {
-        let pixel = first + vec2i(i & 1, i >> 1);
-        child[i].depth = SKY_DEPTH;
-        if !inside(pixel) {
-            continue;
-        }
-        let candidate = load(pixel);
-        child[i] = candidate;
-        seen += 1.0;
-        if candidate.depth <= SKY_DEPTH {
-            continue;
-        }
-        solid += 1.0;
-        // The distance and not the depth: all of a wall that faces the camera has the same depth, and
-        // rounding would choose. Distances mirror when the scene does.
-        let closeness = 1.0 / length(position(pixel, candidate));
-        var value = closeness;
-        if VOTE {
-            value = score(pixel, candidate) + TIE * closeness * candidate.depth;
-        }
-        if value > best {
-            best = value;
-            kept = i;
-        }
-    }
-    if kept < 0 {
-        textureStore(surfels, id.xy, vec4u(0u));
-        return;
-    }
-    var surfel = child[kept];
-    let place = vec2i(kept & 1, kept >> 1);
-    let here = position(first + place, surfel);
-    var radiance = vec3f(0.0);
-    var count = 0.0;
-    for (var i = 0; i < 4; i++) {
-        if child[i].depth > SKY_DEPTH && agree(surfel, here, child[i], position(first + vec2i(i & 1, i >> 1), child[i])) {
-            radiance += child[i].radiance;
-            count += 1.0;
-        }
-    }
-    // The kept child agrees with itself, so the count is at least one. The texel stands for all of its
+    let child_00 = load_child(first, vec2u(0u, 0u));
+    let child_10 = load_child(first, vec2u(1u, 0u));
+    let child_01 = load_child(first, vec2u(0u, 1u));
+    let child_11 = load_child(first, vec2u(1u, 1u));
+    let kept = better(better(better(child_00, child_10), child_01), child_11);
+    let width = 2.0 * child_width(kept.surfel);
+    let same = radiance_where_same(kept, width, child_00)
+        + radiance_where_same(kept, width, child_10)
+        + radiance_where_same(kept, width, child_01)
+        + radiance_where_same(kept, width, child_11);
+    let on_screen = vec4f(vec4<bool>(child_00.on_screen, child_10.on_screen, child_01.on_screen, child_11.on_screen));
+    let depths = vec4f(child_00.surfel.depth, child_10.surfel.depth, child_01.surfel.depth, child_11.surfel.depth);
+    let solid = vec4f(depths > vec4f(SKY_DEPTH));
+    // The kept child agrees with itself, so there is at least one. The texel stands for all of its
     // area, but the sky in it sends nothing: without that factor silhouettes would grow brighter with
     // every level. Children that disagree are left to the kept surface: they are lit like it on average.
-    surfel.radiance = radiance * (solid / (count * seen));
-    surfel.offset += vec2u(place) * u32(params.child_scale);
-    textureStore(surfels, id.xy, pack_surfel(surfel));
+    let share = dot(solid, vec4f(1.0)) / (same.w * dot(on_screen, vec4f(1.0)));
+    let surfel = Surfel(
+        kept.surfel.depth,
+        kept.surfel.normal,
+        same.rgb * share,
+        kept.surfel.offset + kept.place * u32(params.child_scale),
+    );
+    textureStore(surfels, id.xy, select(vec4u(0u), pack_surfel(surfel), kept.value > 0.0));
 }

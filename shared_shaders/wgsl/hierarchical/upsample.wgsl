@@ -2,7 +2,8 @@
 // Brings the indirect light of one level to the next finer one and adds what was gathered there, or
 // with `to_display` brings it to full resolution. One invocation serves all children of a coarse
 // texel: they share its nine neighbours.
-import package::common::view::{View, SKY_DEPTH, uv_of_texel, texel_of_uv, view_position};
+import package::common::view::{View, SKY_DEPTH};
+@if(to_display) import package::common::view::{uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, kernel_weights};
@@ -31,33 +32,29 @@ override KERNEL: u32 = 2u;
 // Whether this level gathered anything (single-level images leave levels out).
 override GATHERED: bool = true;
 
+// The fine texel's surface: its tangent plane is where dot(normal, position) = offset.
 struct Fine {
     depth: f32,
     normal: vec3f,
-    position: vec3f,
+    offset: f32,
 }
 
 @if(!to_display)
 fn load_fine(texel: vec2u) -> Fine {
     let words = textureLoad(surfels, texel, 0);
-    return Fine(
-        surfel_depth(words),
-        surfel_normal(words),
-        surfel_position(words, texel, params.fine_scale, view.display_size, view.tan_half_fov),
-    );
+    let normal = surfel_normal(words);
+    let position = surfel_position(words, texel, params.fine_scale, view.display_size, view.tan_half_fov);
+    return Fine(surfel_depth(words), normal, dot(normal, position));
 }
 
 @if(to_display)
 fn load_fine(texel: vec2u) -> Fine {
     let d = textureLoad(depth, texel, 0).x;
-    return Fine(
-        d,
-        textureLoad(normal, texel, 0).xyz,
-        view_position(uv_of_texel(texel, 1.0, view.display_size), d, view.tan_half_fov),
-    );
+    let n = textureLoad(normal, texel, 0).xyz;
+    return Fine(d, n, dot(n, view_position(uv_of_texel(texel, 1.0, view.display_size), d, view.tan_half_fov)));
 }
 
-// A coarse texel; `depth` is 0 where there is no surface.
+// A coarse texel. Where there is no surface `normal` is 0, which makes every weight 0, and `depth` is FAR.
 struct Parent {
     depth: f32,
     normal: vec3f,
@@ -67,39 +64,35 @@ struct Parent {
 
 fn load_parent(texel: vec2i) -> Parent {
     // Off the screen the words are zero, which reads as sky.
-    var words = vec4u(0u);
-    if all(vec2u(texel) < textureDimensions(coarse_surfels)) {
-        words = textureLoad(coarse_surfels, texel, 0);
-    }
+    let size = vec2i(textureDimensions(coarse_surfels));
+    let on_screen = all(vec2u(texel) < vec2u(size));
+    let words = select(vec4u(0u), textureLoad(coarse_surfels, texel, 0), on_screen);
+    let depth = surfel_depth(words);
     return Parent(
-        surfel_depth(words),
-        surfel_normal(words),
+        select(FAR, depth, depth > SKY_DEPTH),
+        select(vec3f(0.0), surfel_normal(words), depth > SKY_DEPTH),
         surfel_position(words, vec2u(texel), params.coarse_scale, view.display_size, view.tan_half_fov),
-        textureLoad(coarse_indirect, clamp(texel, vec2i(0), vec2i(textureDimensions(coarse_surfels)) - 1), 0).rgb,
+        textureLoad(coarse_indirect, clamp(texel, vec2i(0), size - 1), 0).rgb,
     );
 }
 
-// The weighted sum so far, and the parent nearest in depth.
+// The sums so far of weighted light and of weights, and the light of the parent nearest in depth with its distance.
 struct Sum {
-    light: vec3f,
-    weight: f32,
-    closest: vec3f,
-    gap: f32,
+    weighted: vec4f,
+    closest: vec4f,
 }
 
 fn add(sum: Sum, fine: Fine, inverse_tolerance: f32, parent: Parent, kernel: f32) -> Sum {
-    let shown = parent.depth > SKY_DEPTH;
-    let similarity = surface_weight(fine.position, fine.normal, parent.position, parent.normal, inverse_tolerance);
-    let weight = select(0.0, kernel * similarity, shown);
-    let gap = select(FAR, abs(parent.depth - fine.depth), shown);
+    let distance = (dot(fine.normal, parent.position) - fine.offset) * inverse_tolerance;
+    let weight = kernel * surface_weight(distance, dot(fine.normal, parent.normal));
+    let gap = abs(parent.depth - fine.depth);
     return Sum(
-        sum.light + weight * parent.indirect,
-        sum.weight + weight,
-        select(sum.closest, parent.indirect, gap < sum.gap),
-        min(gap, sum.gap),
+        sum.weighted + weight * vec4f(parent.indirect, 1.0),
+        select(sum.closest, vec4f(parent.indirect, gap), gap < sum.closest.w),
     );
 }
 
+// Farther than any surface.
 const FAR: f32 = 3.4e38;
 
 @compute @workgroup_size(8, 8)
@@ -119,29 +112,32 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
     let parent_12 = load_parent(at + vec2i(0, 1));
     let parent_22 = load_parent(at + vec2i(1, 1));
     let fine_size = textureDimensions(indirect);
+    let tolerance = inverse_tolerance(1.0, params.coarse_scale, view.tan_half_fov.y, view.display_size.y);
     for (var child = 0u; child < CHILDREN * CHILDREN; child++) {
-        let texel = id.xy * CHILDREN + vec2u(child % CHILDREN, child / CHILDREN);
+        let place = vec2u(child % CHILDREN, child / CHILDREN);
+        let texel = id.xy * CHILDREN + place;
         if any(texel >= fine_size) {
             continue;
         }
         let fine = load_fine(texel);
-        let uv = uv_of_texel(texel, params.fine_scale, view.display_size);
-        let f = texel_of_uv(uv, params.coarse_scale, view.display_size) - (vec2f(id.xy) + 0.5);
+        // From the middle of the coarse texel, in its widths.
+        let f = (vec2f(place) + 0.5) / f32(CHILDREN) - 0.5;
         let column = kernel_weights(KERNEL, f.x);
         let row = kernel_weights(KERNEL, f.y);
-        let tolerance = inverse_tolerance(fine.depth, params.coarse_scale, view.tan_half_fov.y, view.display_size.y);
-        var sum = Sum(vec3f(0.0), 0.0, vec3f(0.0), FAR);
-        sum = add(sum, fine, tolerance, parent_00, column.x * row.x);
-        sum = add(sum, fine, tolerance, parent_10, column.y * row.x);
-        sum = add(sum, fine, tolerance, parent_20, column.z * row.x);
-        sum = add(sum, fine, tolerance, parent_01, column.x * row.y);
-        sum = add(sum, fine, tolerance, parent_11, column.y * row.y);
-        sum = add(sum, fine, tolerance, parent_21, column.z * row.y);
-        sum = add(sum, fine, tolerance, parent_02, column.x * row.z);
-        sum = add(sum, fine, tolerance, parent_12, column.y * row.z);
-        sum = add(sum, fine, tolerance, parent_22, column.z * row.z);
+        let nearness = tolerance / max(fine.depth, SMALLEST_DEPTH);
+        var sum = Sum(vec4f(0.0), vec4f(0.0, 0.0, 0.0, FAR));
+        sum = add(sum, fine, nearness, parent_00, column.x * row.x);
+        sum = add(sum, fine, nearness, parent_10, column.y * row.x);
+        sum = add(sum, fine, nearness, parent_20, column.z * row.x);
+        sum = add(sum, fine, nearness, parent_01, column.x * row.y);
+        sum = add(sum, fine, nearness, parent_11, column.y * row.y);
+        sum = add(sum, fine, nearness, parent_21, column.z * row.y);
+        sum = add(sum, fine, nearness, parent_02, column.x * row.z);
+        sum = add(sum, fine, nearness, parent_12, column.y * row.z);
+        sum = add(sum, fine, nearness, parent_22, column.z * row.z);
         // Where no parent shows this surface, the one nearest in depth is the best guess.
-        var result = select(sum.closest, sum.light / max(sum.weight, MIN_WEIGHT), sum.weight > MIN_WEIGHT);
+        let weight = sum.weighted.w;
+        var result = select(sum.closest.rgb, sum.weighted.rgb / max(weight, MIN_WEIGHT), weight > MIN_WEIGHT);
         @if(!to_display) {
             if GATHERED {
                 result += textureLoad(gathered, texel, 0).rgb;
@@ -157,3 +153,5 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
 
 // Weights sum to at most one; under this the parents agree on nothing.
 const MIN_WEIGHT: f32 = 1e-4;
+// The smallest normal float: the sky has no depth to divide by.
+const SMALLEST_DEPTH: f32 = 1.17549435e-38;

@@ -109,14 +109,15 @@ impl Recording {
         Self::with_histories(gpu, plan, externals, None)
     }
 
-    /// As [`Recording::new`], in the place of another recording of the same scene whose settings changed:
+    /// Takes over another plan of the same scene, as where a setting changed: as [`Recording::new`], but
     /// histories of the same name, size and format go on, and the old picture fades into the new one as if the scene
-    /// had changed. Where none fits, this is a new recording.
+    /// had changed. Where none fits, nothing of the old frames is left.
     ///
     /// # Panics
     /// As [`Recording::new`].
-    pub fn in_place_of(gpu: &Gpu, plan: FramePlan, externals: &Externals, old: &Recording) -> Self {
-        Self::with_histories(gpu, plan, externals, Some(old))
+    pub fn replan(&mut self, gpu: &Gpu, plan: FramePlan, externals: &Externals) {
+        let new = Self::with_histories(gpu, plan, externals, Some(self));
+        std::mem::replace(self, new).destroy_except(&self.textures);
     }
 
     fn with_histories(gpu: &Gpu, plan: FramePlan, externals: &Externals, old: Option<&Recording>) -> Self {
@@ -226,9 +227,15 @@ impl Recording {
 
     /// Frees the textures that the plan made. A browser otherwise keeps them until it collects garbage.
     pub fn destroy(self) {
+        self.destroy_except(&[]);
+    }
+
+    fn destroy_except(self, kept: &[Option<wgpu::Texture>]) {
         for (resource, texture) in self.plan.resources.iter().zip(&self.textures) {
-            if let (ResourceKind::Texture { .. }, Some(texture)) = (&resource.kind, texture) {
-                texture.destroy();
+            if let (ResourceKind::Texture { .. } | ResourceKind::Previous { .. }, Some(own)) = (&resource.kind, texture)
+                && !kept.contains(texture)
+            {
+                own.destroy();
             }
         }
     }

@@ -54,6 +54,9 @@ pub fn write(state: &State) -> String {
     if !state.truth {
         add("truth", "off".into());
     }
+    if state.frame != 0 {
+        add("frame", state.frame.to_string());
+    }
     if state.seed != 0 {
         add("seed", state.seed.to_string());
     }
@@ -129,6 +132,7 @@ fn set(state: &mut State, key: &str, value: &str) -> Result<(), String> {
                 _ => return Err(wrong("on or off")),
             }
         }
+        "frame" => state.frame = value.parse().map_err(|_| wrong("a whole number from 0 to 4294967295"))?,
         "seed" => state.seed = value.parse().map_err(|_| wrong("a whole number from 0 to 4294967295"))?,
         "a" => state.sides[0].technique = technique(value).map_err(|e| e.to_string())?.name,
         "b" => state.sides[1].technique = technique(value).map_err(|e| e.to_string())?.name,
@@ -257,6 +261,7 @@ mod tests {
                 compare: true,
                 divider: 0.123,
                 truth: false,
+                frame: 17,
                 seed: u32::MAX,
                 ..State::default()
             });

@@ -35,6 +35,8 @@ const REST: Duration = Duration::from_millis(500);
 const SOFTWARE_PAUSE: Duration = Duration::from_millis(300);
 /// Radians a second that a playing light turns.
 const PLAY_SPEED: f32 = 0.4;
+/// Frames for which a scene rests after its last one before it plays again.
+const PLAY_PAUSE: u32 = 12;
 /// Part of the scene's diagonal whose depth shows as middle grey.
 const DEPTH_RANGE: f32 = 0.25;
 
@@ -91,6 +93,29 @@ pub fn configuration() -> WgpuConfiguration {
     WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..Default::default() }
 }
 
+/// What moves while the picture plays.
+#[derive(Clone, Copy, Debug)]
+struct Playing {
+    /// Number of the frame.
+    frame: u32,
+    /// Angle of the first light, radians, where nothing else moves.
+    angle: f32,
+    /// When the last step was taken.
+    stepped: Instant,
+}
+
+impl Playing {
+    /// The next frame, after `last` the first one again. Steps of light are bounded, so that a slow picture does not leap.
+    fn step(self, last: Option<u32>) -> Self {
+        let seconds = self.stepped.elapsed().as_secs_f32().min(0.1);
+        let frame = match last {
+            Some(last) if self.frame >= last + PLAY_PAUSE => 0,
+            _ => self.frame.wrapping_add(1),
+        };
+        Self { frame, angle: self.angle + PLAY_SPEED * seconds, stepped: Instant::now() }
+    }
+}
+
 /// The interactive application.
 pub struct Viewer {
     ctx: egui::Context,
@@ -118,9 +143,7 @@ pub struct Viewer {
     messages: Vec<String>,
     said: Said,
     inbox: Arc<Mutex<Vec<Dropped>>>,
-    /// Angle of the playing light, radians.
-    playing: Option<f32>,
-    frame: u32,
+    playing: Option<Playing>,
     changed: Instant,
     marks: Marks,
     started: Instant,
@@ -195,7 +218,6 @@ impl Viewer {
             said,
             inbox: Arc::default(),
             playing: None,
-            frame: 0,
             changed: Instant::now(),
             marks: Marks::default(),
             started: Instant::now(),
@@ -263,6 +285,7 @@ impl Viewer {
             settled: self.settled,
             adapter: self.adapter.clone(),
             exposure: self.exposure_in_use(),
+            frame: self.frame(),
             marks: self.marks.0.iter().map(|(name, rect)| (name.clone(), place(rect))).collect(),
             screen: self.screen.into(),
             tried: self.trade.tried.len(),
@@ -280,7 +303,13 @@ impl Viewer {
     }
 
     fn camera(&self) -> Camera {
-        self.state.camera.or_else(|| self.stage.as_ref().map(|stage| stage.scene.camera)).unwrap_or_default()
+        let own = || self.stage.as_ref().map(|stage| stage.camera(self.frame()));
+        self.state.camera.or_else(own).unwrap_or_default()
+    }
+
+    /// Number of the frame: where what moves stands.
+    fn frame(&self) -> u32 {
+        self.playing.map_or(self.state.frame, |playing| playing.frame)
     }
 
     fn say(&mut self, sentence: impl Into<String>) {
@@ -296,8 +325,8 @@ impl Viewer {
     /// The state with the playing light where it is now.
     fn lights_now(&self, stage: &Stage) -> Vec<halflight_scenes::Light> {
         let mut lights = self.state.lights(&stage.original_lights);
-        if let (Some(angle), Some(light)) = (self.playing, lights.first_mut()) {
-            *light = turned(light, angle).apply(light);
+        if let (Some(playing), Some(light), false) = (self.playing, lights.first_mut(), stage.moves()) {
+            *light = turned(light, playing.angle, stage.centre()).apply(light);
         }
         lights
     }
@@ -316,20 +345,19 @@ impl Viewer {
         }
         let camera = self.camera();
         let Some(mut stage) = self.stage.take() else { return };
-        let mut lights = self.lights_now(&stage);
-        if self.playing.is_some() && !self.sides.iter().flatten().all(Side::is_drawn) {
-            // A moving light waits for the picture of its last place.
-            lights.clone_from(&stage.scene.lights);
-        }
+        let lights = self.lights_now(&stage);
         if stage.relight(&self.gpu, lights) {
             self.changed = Instant::now();
         }
-        let subject = Subject { camera, lights: stage.scene.lights.clone(), size: self.state.size };
+        let frame = if stage.moves() { self.frame() } else { 0 };
+        let subject = Subject { camera, lights: stage.scene.lights.clone(), size: self.state.size, frame };
         if self.background.leave(&subject) {
             self.truth_done = false;
             self.trade = Trade::default();
         }
-        let moment = Moment { camera, frame: self.frame, seed: self.state.seed };
+        // A still scene shows the same noise at rest, and another one in every frame that plays.
+        let frame = if stage.moves() || self.playing.is_some() { self.frame() } else { 0 };
+        let moment = Moment { camera, frame, seed: self.state.seed };
         let (mut busy, mut drawn, mut measuring) = (false, true, false);
         for index in 0..2 {
             match self.advance_side(index, &stage, moment, ctx, renderer) {
@@ -337,7 +365,7 @@ impl Viewer {
                 Progress::Busy => busy = true,
                 Progress::Measuring => measuring = true,
             }
-            drawn &= self.sides[index].as_ref().is_none_or(Side::is_drawn);
+            drawn &= self.sides[index].as_ref().is_none_or(Side::is_settled);
         }
         self.expose(&subject);
         if self.exposure_reading.is_some() {
@@ -446,7 +474,7 @@ impl Viewer {
     fn judge(&mut self) -> bool {
         let Some(known) = &self.background.known else { return false };
         let mut waiting = false;
-        for side in self.sides.iter_mut().flatten().filter(|side| side.is_drawn()) {
+        for side in self.sides.iter_mut().flatten().filter(|side| side.is_settled()) {
             side.read_light(&self.gpu);
             match &side.light {
                 Some(light) if side.judged != known.version => {
@@ -469,11 +497,15 @@ impl Viewer {
     }
 }
 
-/// The light, turned about the vertical by this angle.
-fn turned(light: &halflight_scenes::Light, angle: f32) -> LightChange {
+/// The light, turned by this angle about the vertical: its direction, or its place where it has no direction.
+fn turned(light: &halflight_scenes::Light, angle: f32, centre: glam::Vec3) -> LightChange {
     let mut change = LightChange::none(light);
     let turn = glam::Quat::from_rotation_y(angle);
-    change.direction = (turn * glam::Vec3::from(change.direction)).to_array();
+    if let halflight_scenes::Light::Point { position, .. } = light {
+        change.position = (centre + turn * (glam::Vec3::from(*position) - centre)).to_array();
+    } else {
+        change.direction = (turn * glam::Vec3::from(change.direction)).to_array();
+    }
     change
 }
 
@@ -483,13 +515,15 @@ impl eframe::App for Viewer {
         self.screen = ui.max_rect().size();
         let ctx = ui.ctx().clone();
         self.receive(&ctx);
-        if let Some(angle) = &mut self.playing {
-            *angle += PLAY_SPEED * ctx.input(|i| i.stable_dt.min(0.1));
-            self.frame = self.frame.wrapping_add(1);
+        // The next step waits for the picture of the last one.
+        if self.sides.iter().flatten().all(Side::is_drawn)
+            && let (Some(playing), Some(stage)) = (&mut self.playing, &self.stage)
+        {
+            *playing = playing.step(stage.moves().then(|| stage.scene.moves.last_frame()));
         }
-        let before = (self.state.camera, self.state.lights.clone());
+        let before = (self.state.camera, self.state.lights.clone(), self.state.frame);
         self.interface(ui);
-        if before != (self.state.camera, self.state.lights.clone()) {
+        if before != (self.state.camera, self.state.lights.clone(), self.state.frame) {
             self.changed = Instant::now();
         }
         if let Some(render) = frame.wgpu_render_state() {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use halflight_renderer::{
-    Gpu,
+    Gpu, SceneBuffers,
     error::{rel_mse, relative_floor, relative_square},
     truth::{Reading, Request, Stop, Trace, Tracer, Truth, TruthError},
 };
@@ -50,6 +50,8 @@ pub struct Subject {
     pub lights: Vec<Light>,
     /// Width and height, pixels.
     pub size: [u32; 2],
+    /// Number of the frame that the scene stands at.
+    pub frame: u32,
 }
 
 /// The truth so far.
@@ -91,7 +93,9 @@ impl Background {
     pub fn leave(&mut self, subject: &Subject) -> bool {
         let other = self.subject.as_ref().is_some_and(|current| current != subject);
         if other {
-            let (tracer, version) = (self.tracer.take(), self.version);
+            // The BVH is that of one frame of the scene.
+            let same_geometry = self.subject.as_ref().is_some_and(|current| current.frame == subject.frame);
+            let (tracer, version) = (self.tracer.take().filter(|_| same_geometry), self.version);
             *self = Self { tracer, version, ..Self::default() };
         }
         other
@@ -104,7 +108,12 @@ impl Background {
     /// Where the scene or the picture does not fit the device.
     pub fn step(&mut self, gpu: &Gpu, stage: &Stage, subject: &Subject) -> Result<bool, TruthError> {
         if self.tracer.is_none() {
-            self.tracer = Some(Tracer::new(gpu, &stage.scene, &stage.buffers)?);
+            self.tracer = Some(if stage.moves() {
+                let posed = stage.scene.posed(subject.frame);
+                Tracer::new(gpu, &posed, &SceneBuffers::new(gpu, &posed))?
+            } else {
+                Tracer::new(gpu, &stage.scene, &stage.buffers)?
+            });
         }
         let request = Request { bounces: 1, ..Request::new(subject.camera, subject.size) };
         if self.trace.is_none() {

@@ -34,6 +34,9 @@ pub fn evaluator_command(state: &State, side: &Configuration) -> String {
         // Writing to a String cannot fail.
         let _ = write!(command, " --set {key}={value}");
     }
+    if state.frame != 0 {
+        let _ = write!(command, " --frame {}", state.frame);
+    }
     if state.seed != 0 {
         let _ = write!(command, " --seed {}", state.seed);
     }

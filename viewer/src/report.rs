@@ -53,6 +53,8 @@ pub struct Report {
     pub adapter: String,
     /// Exposure that is in use.
     pub exposure: Option<f32>,
+    /// Number of the frame: where what moves in the scene stands.
+    pub frame: u32,
     /// Places of controls by name: left, top, width, height in points.
     pub marks: BTreeMap<String, [f32; 4]>,
     /// Width and height of the page, points.

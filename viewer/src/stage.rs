@@ -1,8 +1,9 @@
 //! A scene on a device, and a configuration that is drawn of it.
 
 use eframe::egui::Context;
+use glam::Vec3;
 use halflight_renderer::{
-    Externals, Gpu, Recording, SceneBuffers, SceneFacts, View as Seen,
+    Continuity, Externals, Gpu, Recording, SceneBuffers, SceneFacts, SceneMotion, View as Seen,
     parameters::SettingsError,
     plan::{FramePlan, Part, ResourceKind},
     plan_frame,
@@ -18,6 +19,8 @@ use crate::{
 
 /// Frames that are measured after a change.
 const MEASURED_FRAMES: u32 = 11;
+/// Frames that a temporal filter is given after a change, until the picture counts as settled.
+const FILTERED_FRAMES: u32 = 32;
 
 /// A scene on a device.
 pub struct Stage {
@@ -51,6 +54,21 @@ impl Stage {
         true
     }
 
+    /// Where the camera stands at a frame of the scene.
+    pub fn camera(&self, frame: u32) -> Camera {
+        if self.moves() { self.scene.pose(frame).camera } else { self.scene.camera }
+    }
+
+    /// Whether anything moves in the scene by itself.
+    pub fn moves(&self) -> bool {
+        !self.scene.moves.is_empty()
+    }
+
+    /// Middle of the bounding box, world space.
+    pub fn centre(&self) -> Vec3 {
+        self.scene.bounds().map_or(Vec3::ZERO, |(low, high)| 0.5 * (low + high))
+    }
+
     /// Length of the bounding box's diagonal, scene units.
     pub fn diagonal(&self) -> f32 {
         self.scene.bounds().map_or(1.0, |(low, high)| (high - low).length())
@@ -62,7 +80,7 @@ impl Stage {
 pub struct Moment {
     /// The camera.
     pub camera: Camera,
-    /// Number of the frame.
+    /// Number of the frame: what moves in the scene, and random numbers.
     pub frame: u32,
     /// Seed of every random number.
     pub seed: u32,
@@ -84,6 +102,10 @@ pub struct Side {
     /// How they are measured.
     pub method: Method,
     frames_left: u32,
+    /// Frames that a temporal filter still wants of the current moment.
+    unfiltered: u32,
+    /// Frames drawn so far: a temporal filter goes on where their numbers do.
+    drawn_frames: u32,
     /// Whether a frame of the current moment has been drawn to its end.
     drawn: bool,
     indirect: Option<TextureReading>,
@@ -151,6 +173,8 @@ impl Side {
             round: None,
             method,
             frames_left: 0,
+            unfiltered: 0,
+            drawn_frames: 0,
             drawn: false,
             indirect: None,
             light: None,
@@ -177,14 +201,16 @@ impl Side {
             return Ok(false);
         }
         self.round = None;
-        if !self.recording.update(gpu, &new) {
-            let texture = self.texture;
-            let fresh = Self::new(gpu, stage, configuration, size)?;
-            let method = self.method;
-            std::mem::replace(self, fresh).destroy();
-            (self.texture, self.method) = (texture, method);
-        }
         (self.moment, self.drawn) = (None, false);
+        if self.recording.update(gpu, &new) {
+            return Ok(true);
+        }
+        // What a temporal filter remembers goes on under the new settings.
+        let scene = Externals { scene: Some(&stage.buffers), ..Default::default() };
+        self.recording.replan(gpu, new, &scene);
+        self.times = Times::new(&self.recording);
+        self.show.take().into_iter().for_each(Recording::destroy);
+        (self.shown, self.timestamps) = (None, None);
         Ok(true)
     }
 
@@ -232,12 +258,13 @@ impl Side {
         if moved {
             self.round = None;
             self.frames_left = MEASURED_FRAMES;
+            // Where the scene moves, a filter goes on with the next frame of the scene.
+            self.unfiltered = if self.has_history() && !stage.moves() { FILTERED_FRAMES } else { 0 };
             self.drawn = false;
-            (self.light, self.indirect, self.rel_mse, self.judged) = (None, None, None, 0);
         }
         let by_repetition = self.method != Method::Timestamps;
-        if moved || (measure && self.frames_left > 0 && !by_repetition) {
-            self.record(gpu, stage, moment);
+        if moved || self.unfiltered > 0 || (measure && self.frames_left > 0 && !by_repetition) {
+            self.record(gpu, stage, moment, moved);
             return Progress::Busy;
         }
         if by_repetition && measure && self.times.rounds() < rounds {
@@ -250,11 +277,23 @@ impl Side {
         Progress::Idle
     }
 
-    fn record(&mut self, gpu: &Gpu, stage: &Stage, moment: Moment) {
+    fn record(&mut self, gpu: &Gpu, stage: &Stage, moment: Moment, moved: bool) {
         self.frames_left = self.frames_left.saturating_sub(1);
+        self.unfiltered = self.unfiltered.saturating_sub(1);
         self.moment = Some(moment);
+        (self.light, self.indirect, self.rel_mse, self.judged) = (None, None, None, 0);
         let mut seen = Seen::new(&moment.camera, self.recording.plan().display_size, stage.facts.near);
         (seen.frame, seen.seed) = (moment.frame, moment.seed);
+        if let Some(motion) = SceneMotion::new(&stage.scene, &stage.buffers) {
+            motion.place(&mut seen);
+            // The user may hold the camera.
+            seen.world_to_view = moment.camera.view_matrix();
+            motion.write(gpu, &self.recording, &seen);
+        } else if self.has_history() {
+            seen.frame = self.drawn_frames;
+            seen.continuity = if moved { Continuity::Changing } else { Continuity::Still };
+        }
+        self.drawn_frames = self.drawn_frames.wrapping_add(1);
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         self.recording.record(gpu, &mut encoder, &seen);
         if let Some(show) = &self.show {
@@ -346,6 +385,16 @@ impl Side {
     /// Whether a frame of the current moment has been drawn to its end; more of them may be under way, to be measured.
     pub fn is_drawn(&self) -> bool {
         self.moment.is_some() && self.drawn
+    }
+
+    /// Whether nothing more will change in the picture of the current moment.
+    pub fn is_settled(&self) -> bool {
+        self.is_drawn() && self.unfiltered == 0 && self.drawing.is_none()
+    }
+
+    /// Whether frames depend on the ones before.
+    fn has_history(&self) -> bool {
+        self.recording.plan().has_history()
     }
 
     /// Whether a round of repetitions runs.

@@ -154,6 +154,8 @@ pub struct State {
     pub divider: f32,
     /// Whether the path tracer works while the camera rests.
     pub truth: bool,
+    /// Number of the frame that a scene stands at, where something moves in it.
+    pub frame: u32,
     /// Seed of every random number.
     pub seed: u32,
 }
@@ -171,6 +173,7 @@ impl Default for State {
             compare: false,
             divider: 0.5,
             truth: true,
+            frame: 0,
             seed: 0,
         }
     }
@@ -198,7 +201,7 @@ impl State {
     /// Takes another scene; what belonged to the old one goes.
     pub fn open(&mut self, scene: &str) {
         self.scene = scene.to_owned();
-        (self.camera, self.exposure) = (None, None);
+        (self.camera, self.exposure, self.frame) = (None, None, 0);
         self.lights.clear();
     }
 }

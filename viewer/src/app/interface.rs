@@ -2,6 +2,7 @@
 
 use eframe::egui::{self, CentralPanel, CollapsingHeader, ComboBox, Panel, RichText, ScrollArea, Slider, Ui};
 use halflight_scenes::generators::NAMES;
+use web_time::Instant;
 
 use super::Viewer;
 use crate::{
@@ -111,10 +112,26 @@ impl Viewer {
             let compare = ui.toggle_value(&mut self.state.compare, "A | B").on_hover_text("Compare two configurations");
             self.marks.add("compare", compare.rect);
             let mut playing = self.playing.is_some();
+            let last = self.stage.as_ref().filter(|stage| stage.moves()).map(|stage| stage.scene.moves.last_frame());
+            let lit = self.stage.as_ref().is_some_and(|stage| !stage.original_lights.is_empty());
             let title = if playing { "Stop" } else { "Play" };
-            let play = ui.toggle_value(&mut playing, title);
-            let play = play.on_hover_text("Turn the first light, to see how the picture behaves in motion");
+            let play = ui
+                .add_enabled(last.is_some() || lit, egui::Button::selectable(playing, title))
+                .on_hover_text(match last {
+                    Some(_) => "Play the motion of the scene",
+                    None => "Turn the first light, to see how the picture behaves in motion",
+                })
+                .on_disabled_hover_text("Nothing moves in this scene: choose motion, or one that has a light");
+            playing ^= play.clicked();
             self.marks.add("play", play.rect);
+            if let Some(last) = last {
+                let mut frame = self.frame().min(last);
+                let slider = ui.add(Slider::new(&mut frame, 0..=last).text("frame"));
+                self.marks.add("frame", slider.rect);
+                if slider.changed() {
+                    (self.state.frame, self.playing, playing) = (frame, None, false);
+                }
+            }
             if playing != self.playing.is_some() {
                 self.play(playing);
             }
@@ -161,14 +178,19 @@ impl Viewer {
     fn play(&mut self, on: bool) {
         let Some(stage) = &self.stage else { return };
         if on {
-            self.playing = Some(0.0);
-        } else if let (Some(angle), Some(light)) = (self.playing.take(), stage.original_lights.first()) {
-            // The light stays where it was stopped.
-            let mut change =
-                self.state.lights.iter().find(|(at, _)| *at == 0).map_or(super::LightChange::none(light), |(_, c)| *c);
-            change.direction = super::turned(&change.apply(light), angle).direction;
+            self.playing = Some(super::Playing { frame: self.state.frame, angle: 0.0, stepped: Instant::now() });
+            return;
+        }
+        // Everything stays where it was stopped.
+        let Some(playing) = self.playing.take() else { return };
+        if stage.moves() {
+            self.state.frame = playing.frame.min(stage.scene.moves.last_frame());
+        } else if let Some(light) = stage.original_lights.first() {
+            let own = self.state.lights.iter().find(|(at, _)| *at == 0);
+            let mut change = own.map_or(super::LightChange::none(light), |(_, change)| *change);
+            let turned = super::turned(&change.apply(light), playing.angle, stage.centre());
+            (change.position, change.direction) = (turned.position, turned.direction);
             self.state.change_light(0, light, change);
-            self.frame = 0;
         }
     }
 

@@ -17,9 +17,7 @@ fn the_browser_draws_what_the_evaluator_draws() {
     let _alone = alone();
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
     let native = open_adapter("software").unwrap();
-    // Not the atrium: two rasterisers disagree on the edges of its thousands of small triangles, and the random samples
-    // that fall beside them on fetch other surfaces, which is noise and no difference in what is computed.
-    for (scene, [width, height]) in [("cornell", [640, 360])] {
+    for (scene, [width, height]) in [("cornell", [640, 360]), ("atrium", [320, 180])] {
         let mut page = open(&format!("scene={scene}&size={width}x{height}&truth=off"));
         page.wait(scene, settled);
         // Numbers travel as bytes in base64: as JSON they would take twenty times as long.
@@ -36,27 +34,37 @@ fn the_browser_draws_what_the_evaluator_draws() {
 
         let scene_data = load_scene(&DiskFiles, &scenes.join(format!("{scene}.toml"))).unwrap();
         let session = Session::new(&native, &scene_data);
-        let request = Request {
-            technique: technique("hierarchical").unwrap(),
-            settings: Default::default(),
-            size: [width, height],
-            seed: 0,
-            direct: None,
+        let with_seed = |seed: u32| {
+            let request = Request {
+                technique: technique("hierarchical").unwrap(),
+                settings: Default::default(),
+                size: [width, height],
+                seed,
+                direct: None,
+            };
+            let mut frames = session.frames(&request).unwrap();
+            frames.run(0).unwrap();
+            frames.read_rgb("indirect").unwrap().unwrap()
         };
-        let mut frames = session.frames(&request).unwrap();
-        frames.run(0).unwrap();
-        let evaluator = frames.read_rgb("indirect").unwrap().unwrap();
+        let [evaluator, other_seed] = [0, 1].map(with_seed);
         assert_eq!(browser.len(), evaluator.len());
         let exposure = auto_exposure(&evaluator, None);
-        let shown = [&browser, &evaluator].map(|pixels| tone_map_all(pixels, exposure));
-        let flip = masked_mean(&flip_map(&shown[0], &shown[1], width), None);
-        println!("FLIP of `indirect`, browser against evaluator, {scene} at {width}x{height}: {flip:.5}");
+        let shown = [&browser, &evaluator, &other_seed].map(|pixels| tone_map_all(pixels, exposure));
+        let [flip, noise] = [0, 2].map(|other| masked_mean(&flip_map(&shown[other], &shown[1], width), None));
+        println!(
+            "FLIP of `indirect`, {scene} at {width}x{height}: browser against evaluator {flip:.5}, one seed against \
+             another {noise:.5}"
+        );
         for (name, pixels) in [("browser", &shown[0]), ("evaluator", &shown[1])] {
             let bytes = pixels.iter().flatten().map(|v| (v * 255.0).round() as u8).collect();
             let picture = image::RgbImage::from_raw(width, height, bytes).unwrap();
             picture.save(target().join(format!("indirect-{scene}-{name}.png"))).unwrap();
         }
-        // The same shaders on two implementations: they differ by the rounding of single operations.
-        assert!(flip < 0.02, "{scene}: {flip}");
+        // The same shaders on two implementations. Over large triangles they differ by the rounding of single operations.
+        // The atrium is thousands of small ones, and SwiftShader places vertices on a grid of 1/16 pixel where lavapipe
+        // has 1/256: silhouettes differ, and samples that fall beside them find other surfaces. That must stay a small
+        // part of what another seed changes.
+        let bound = if scene == "cornell" { 0.02 } else { 0.5 * noise };
+        assert!(flip < bound, "{scene}: {flip}, at most {bound}");
     }
 }

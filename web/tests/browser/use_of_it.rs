@@ -96,6 +96,29 @@ fn undo_and_keys() {
 }
 
 #[test]
+fn play_moves_what_moves() {
+    let _alone = alone();
+    let mut page = open("scene=motion&size=320x180&truth=off&exposure=0&a.hierarchical.temporal_a=0.9");
+    let report = page.wait("the scene at rest", settled);
+    let at = place(&report, "picture");
+    let rest = cut(&page.screenshot(&target(), "motion-rest"), at);
+    page.click(centre(&report, "play"));
+    let report = page.wait("a dozen frames", |r| r["frame"].as_u64().unwrap() >= 12);
+    page.click(centre(&report, "play"));
+    let report = page.wait("a stop", |r| settled(r) && r["address"].as_str().unwrap().contains("frame="));
+    // The block, and with it its light, is somewhere else.
+    let moved = cut(&page.screenshot(&target(), "motion-played"), at);
+    assert!(difference(&rest, &moved) > 1.0, "nothing moved: {}", report["address"]);
+    // A still scene turns its first light instead.
+    page.evaluate("halflight.go_to('scene=bars&size=320x180&truth=off')");
+    let report = page.wait("bars", |r| settled(r) && r["scene"] == "bars");
+    page.click(centre(&report, "play"));
+    let report = page.wait("some frames", |r| r["frame"].as_u64().unwrap() >= 5);
+    page.click(centre(&report, "play"));
+    page.wait("the light's new place", |r| settled(r) && r["address"].as_str().unwrap().contains("light.0="));
+}
+
+#[test]
 fn the_atrium_and_its_views() {
     let _alone = alone();
     let mut page = open("scene=atrium&size=640x360&truth=off");

@@ -16,7 +16,8 @@ pub fn part_colour(part: Part) -> Color32 {
 
 /// Milliseconds with three digits.
 pub fn milliseconds(ms: f64) -> String {
-    match ms {
+    // The sum of no times at all is minus zero.
+    match ms + 0.0 {
         _ if !ms.is_finite() => "…".into(),
         _ if ms < 1.0 => format!("{ms:.3} ms"),
         _ if ms < 100.0 => format!("{ms:.2} ms"),

@@ -183,7 +183,7 @@ struct Prepared<'a> {
     /// Header of every image file: what does not depend on the cell.
     header: BTreeMap<String, String>,
     /// What the scene's own passes left, and their median time in milliseconds, by the direct-light
-    /// settings that shape them.
+    /// settings and the technique's needs that shape them.
     scene_frames: BTreeMap<String, (Frames<'a>, f64)>,
 }
 
@@ -277,14 +277,11 @@ impl<'a> Runner<'a> {
         let (scene, moving, path) = (self.scene, self.moving, self.path);
         let prepared = self.prepare()?;
         let session = &prepared.session;
-        let direct_settings: String = cell
-            .settings
-            .iter()
-            // Glossy light asks the G-buffer for materials.
-            .filter(|(key, _)| key.starts_with("direct.") || *key == "hierarchical.glossy")
-            .map(|(key, value)| format!("{key}={value} "))
-            .collect();
-        let (scene_frames, scene_ms) = match prepared.scene_frames.entry(direct_settings) {
+        let needs = (cell.technique.needs)(&cell.settings).map_err(|e| Error::BadInput(e.to_string()))?;
+        let direct = cell.settings.iter().filter(|(key, _)| key.starts_with("direct."));
+        let shape: String =
+            [format!("{needs:?}")].into_iter().chain(direct.map(|(key, value)| format!(" {key}={value}"))).collect();
+        let (scene_frames, scene_ms) = match prepared.scene_frames.entry(shape) {
             Entry::Occupied(ready) => ready.into_mut(),
             Entry::Vacant(place) => {
                 let mut frames = session.scene_frames(&cell.settings, size)?;

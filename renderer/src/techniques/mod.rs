@@ -9,6 +9,7 @@ use crate::{
     plan::{FramePlan, ResourceId},
 };
 
+pub mod bitmask;
 pub mod exhaustive;
 pub mod hierarchical;
 
@@ -68,6 +69,18 @@ impl SceneInputs {
     }
 }
 
+/// Channels of the G-buffer that exist only where a technique with its settings asks for them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GBufferNeeds {
+    /// Index of each pixel's material, in a scene that has glossy ones.
+    pub glossy_material: bool,
+}
+
+impl GBufferNeeds {
+    /// Those of a technique that needs nothing more.
+    pub const NONE: Self = Self { glossy_material: false };
+}
+
 /// A way to find indirect light.
 #[derive(Clone, Copy, Debug)]
 pub struct Technique {
@@ -79,12 +92,16 @@ pub struct Technique {
     pub parameters: fn() -> Vec<Parameter>,
     /// Fills in defaults and checks values; settings of other techniques are left out.
     pub complete: fn(&Settings) -> Result<Settings, SettingsError>,
-    /// Appends passes that turn the inputs into `indirect`, which it returns.
+    /// What it reads of the G-buffer beyond depth, normal, direct light and albedo.
+    pub needs: fn(&Settings) -> Result<GBufferNeeds, SettingsError>,
+    /// Appends passes that turn the inputs into `indirect`, which it returns; `None` where it finds none. Other results
+    /// it adds to the plan's outputs: `ambient_occlusion`, `glossy`. What it keeps between frames is a
+    /// [`crate::plan::History`] of the plan.
     pub plan: fn(&mut FramePlan, &Inputs, &Settings) -> Result<Option<ResourceId>, SettingsError>,
 }
 
 /// Every technique.
-pub static TECHNIQUES: &[Technique] = &[hierarchical::TECHNIQUE, exhaustive::TECHNIQUE, NONE];
+pub static TECHNIQUES: &[Technique] = &[hierarchical::TECHNIQUE, bitmask::TECHNIQUE, exhaustive::TECHNIQUE, NONE];
 
 /// No indirect light at all: what every technique has to beat.
 const NONE: Technique = Technique {
@@ -92,6 +109,7 @@ const NONE: Technique = Technique {
     summary: "no indirect light: the error that every technique starts from",
     parameters: Vec::new,
     complete: |_| Ok(Settings::new()),
+    needs: |_| Ok(GBufferNeeds::NONE),
     plan: |_, _, _| Ok(None),
 };
 
@@ -105,6 +123,17 @@ pub fn technique(name: &str) -> Result<&'static Technique, SettingsError> {
         let hint = halflight_scenes::nearest_name(name, names.iter().copied())
             .map_or(String::new(), |near| format!("did you mean {near}? "));
         SettingsError(format!("no technique is called \"{name}\": {hint}choose one of {}", names.join(", ")))
+    })
+}
+
+/// What any technique with these settings needs of the G-buffer: for a scene whose technique is chosen later.
+///
+/// # Errors
+/// A setting that its declaration does not allow.
+pub fn needs_of_any(settings: &Settings) -> Result<GBufferNeeds, SettingsError> {
+    TECHNIQUES.iter().try_fold(GBufferNeeds::NONE, |all, technique| {
+        let own = (technique.needs)(settings)?;
+        Ok(GBufferNeeds { glossy_material: all.glossy_material || own.glossy_material })
     })
 }
 

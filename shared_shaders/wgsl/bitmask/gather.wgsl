@@ -1,0 +1,180 @@
+// variants: light, wide
+// Screen-space indirect light with a visibility bitmask (Therrien et al. 2023, Algorithm 1): along each slice every sample
+// hides the sectors between its front and its back, a thickness farther from the eye, and lights the receiver through
+// those that nothing hid before. Without `light` only openness is found. `wide` has up to 128 sectors.
+//
+// Estimator `published`: sectors of equal angle, light weighted by both cosines, samples as points. `radiometric`: sectors
+// of equal cosine-weighted solid angle, slices weighted by the projected normal, no cosine at the source (sectors are
+// solid angles already), and each sample stands for its whole stride.
+import package::common::math::{PI, random3, spread2};
+import package::common::view::{View, SKY_DEPTH};
+import package::common::surfel::{surfel_depth, surfel_normal, surfel_radiance, surfel_pixel};
+import package::common::slice::{
+    Screen, Receiver, Slice, Side, Sample, screen_of, receiver_of, slice_of, side_of, sample_of, away, way_of, arc,
+    arc_of_side, cosine_of, angle_of, ray_at,
+};
+import package::bitmask::sectors::{Mask, sectors, count_sectors};
+
+struct Params {
+    // Width of a texel in full-resolution pixels.
+    scale: f32,
+    // Scene units.
+    radius: f32,
+    // Thickness of all that is seen: scene units, and for each unit of depth.
+    thickness: f32,
+    thickness_slope: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var surfels: texture_2d<u32>;
+// Light in rgb, openness in a; or openness alone.
+@if(light) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
+
+override SLICES: u32 = 1u;
+override STEPS: u32 = 12u;
+override SECTORS: u32 = 32u;
+override SPACING: u32 = 1u;
+override JITTER: bool = true;
+override RADIOMETRIC: bool = true;
+// Whether a filter averages successive frames, which then share out the random numbers between them.
+override OVER_FRAMES: bool = false;
+
+// Streams of random numbers.
+const SLICE_STREAM: u32 = 2048u;
+const SECTOR_STREAM: u32 = 2049u;
+// Successive slices of a pixel jitter their steps apart by the golden ratio.
+const GOLDEN: f32 = 0.6180339887498949;
+
+/// From angles on one side of a slice to sectors: `base + slope * measure`, where the measure is the angle or the arc.
+struct Scale {
+    base: f32,
+    slope: f32,
+    // Largest angle above the surface's plane: its cosine.
+    least_cosine: f32,
+    // Sine of the normal's angle, as seen from this side.
+    sin_angle: f32,
+}
+
+fn scale_of(slice: Slice, sign: f32) -> Scale {
+    let sin_angle = sign * slice.sin_angle;
+    if RADIOMETRIC {
+        let all = slice.cos_angle + slice.angle * slice.sin_angle;
+        let count = f32(SECTORS) / all;
+        return Scale(arc_of_side(slice, -1.0) * count, sign * count, -sin_angle, sin_angle);
+    }
+    let count = f32(SECTORS) / PI;
+    return Scale((0.5 * PI - slice.angle) * count, sign * count, -sin_angle, sin_angle);
+}
+
+fn sector_of(scale: Scale, slice: Slice, cosine: f32) -> f32 {
+    let bounded = clamp(cosine, scale.least_cosine, 1.0);
+    let h = angle_of(bounded);
+    if RADIOMETRIC {
+        let sine = sqrt(max(1.0 - bounded * bounded, 0.0));
+        return scale.base + scale.slope * arc(h, bounded, sine, slice.cos_angle, scale.sin_angle);
+    }
+    return scale.base + scale.slope * h;
+}
+
+/// What a slice knows as its steps go on.
+struct State {
+    mask: Mask,
+    @if(light) light: vec3f,
+}
+
+fn walk(
+    state: ptr<function, State>,
+    receiver: Receiver,
+    slice: Slice,
+    sign: f32,
+    jitter: f32,
+    rounding: f32,
+    screen: Screen,
+) {
+    let radius = params.radius * receiver.unit;
+    let side = side_of(receiver, slice, sign, radius, screen);
+    let scale = scale_of(slice, sign);
+    let thickness = (params.thickness * receiver.unit);
+    let last = vec2i(textureDimensions(surfels)) - 1;
+    let inverse_scale = 1.0 / screen.scale;
+    var begin = 0.0;
+    for (var i = 0u; i < STEPS; i++) {
+        let end = way_of(f32(i + 1u), f32(STEPS), side.reach, screen.scale, SPACING);
+        let way = way_of(f32(i) + jitter, f32(STEPS), side.reach, screen.scale, SPACING);
+        let texel = min(vec2i((receiver.pixel + way * side.step) * inverse_scale), last);
+        let words = textureLoad(surfels, texel, 0);
+        let sample = sample_of(receiver, side, words, vec2u(texel), begin, way, end, screen);
+        begin = end;
+        // The back lies farther from the eye by the thickness of what is there.
+        let depth = surfel_depth(words) * receiver.unit;
+        let back = away(receiver, side, way) * (thickness + params.thickness_slope * depth);
+        var nearest = cosine_of(sample.middle);
+        var farthest = cosine_of(sample.middle + back);
+        if RADIOMETRIC {
+            nearest = max(cosine_of(sample.near), cosine_of(sample.far));
+            farthest = min(cosine_of(sample.near + back), cosine_of(sample.far + back));
+        }
+        let a = sector_of(scale, slice, nearest);
+        let b = sector_of(scale, slice, farthest);
+        // Half a sector is a sector (the paper's criterion "round"), or each part of one by chance.
+        let first = i32(floor(min(a, b) + rounding));
+        let end_sector = i32(floor(max(a, b) + rounding));
+        let within = dot(sample.middle, sample.middle) <= radius * radius && depth > SKY_DEPTH;
+        let hidden = sectors(first, select(first, end_sector, within));
+        @if(light) {
+            let fresh = count_sectors(hidden & ~(*state).mask);
+            var weight = select(0.0, fresh, sample.faces);
+            if !RADIOMETRIC {
+                weight = fresh * cosines(receiver, words, vec2u(texel), screen);
+            }
+            (*state).light += weight * surfel_radiance(words);
+        }
+        (*state).mask |= hidden;
+    }
+}
+
+/// The cosines at both ends of the way to a sample (Algorithm 1, line 23).
+@if(light)
+fn cosines(receiver: Receiver, words: vec4u, texel: vec2u, screen: Screen) -> f32 {
+    let ray = vec3f(ray_at(screen, surfel_pixel(words, texel, screen.scale)), -1.0);
+    let toward = ray * (surfel_depth(words) * receiver.unit) - vec3f(receiver.ray, -1.0);
+    let square = max(dot(toward, toward), 1e-30);
+    return max(dot(receiver.normal, toward), 0.0) * max(-dot(surfel_normal(words), toward), 0.0) / square;
+}
+
+@compute @workgroup_size(8, 8)
+fn gather(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(surfels)) {
+        return;
+    }
+    let own = textureLoad(surfels, id.xy, 0);
+    if surfel_depth(own) <= SKY_DEPTH {
+        textureStore(gathered, id.xy, vec4f(0.0));
+        return;
+    }
+    let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
+    let receiver = receiver_of(own, id.xy, screen);
+    let random = spread2(id.xy, view.frame, SLICE_STREAM, view.seed, OVER_FRAMES);
+    let chance = random3(id.xy, view.frame, SECTOR_STREAM, view.seed).x;
+    var open = 1.0;
+    @if(light) var light = vec3f(0.0);
+    for (var i = 0u; i < SLICES; i++) {
+        let slice = slice_of(receiver, PI / f32(SLICES) * (f32(i) + random.x));
+        // Each slice's sectors are rounded by another number.
+        let rounding = select(0.5, fract(chance + GOLDEN * f32(i)), RADIOMETRIC);
+        let jitter = select(0.5, fract(random.y + GOLDEN * f32(i)), JITTER);
+        var state: State;
+        walk(&state, receiver, slice, 1.0, jitter, rounding, screen);
+        walk(&state, receiver, slice, -1.0, select(0.5, fract(jitter + 0.5), JITTER), rounding, screen);
+        // Cosine-weighted solid angle of the slice; its mean over all azimuths is 1.
+        let weight = select(1.0, slice.weight * (slice.cos_angle + slice.angle * slice.sin_angle), RADIOMETRIC);
+        let share = weight / f32(SLICES * SECTORS);
+        // What is hidden is taken from 1, so that the weights of single slices bring no noise to what is open.
+        open -= share * count_sectors(state.mask);
+        @if(light) { light += share * state.light; }
+    }
+    @if(light) { textureStore(gathered, id.xy, vec4f(light, open)); }
+    @if(!light) { textureStore(gathered, id.xy, vec4f(open)); }
+}

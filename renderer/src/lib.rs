@@ -5,6 +5,7 @@
 //! `wasm32-unknown-unknown`.
 
 pub mod error;
+mod feedback;
 mod frame;
 mod gpu;
 mod motion;

@@ -48,7 +48,7 @@ const FAR: f32 = 1e15;
 pub(crate) struct SliceGather<'a> {
     pub(crate) technique: &'static str,
     pub(crate) shader: &'static str,
-    /// Features of the shader beside `light`, in its order.
+    /// Features of the shader, in its order.
     pub(crate) features: &'a [(&'static str, bool)],
     pub(crate) constants: &'a [(&'static str, f64)],
     pub(crate) finds: Finds,
@@ -77,9 +77,8 @@ impl SliceGather<'_> {
             false => (Format::R32Float, "openness along slices"),
         };
         let gathered = plan.texture("gathered", level.size, format, what);
-        let shader = variant(self.shader, &[&[("light", lit)], self.features].concat());
         let pass = plan
-            .pass(Part::Technique, "gather", shader)
+            .pass(Part::Technique, "gather", variant(self.shader, self.features))
             .constants(self.constants)
             .param("scale", level.scale as f32)
             .param("radius", if self.radius > 0.0 { self.radius } else { FAR })

@@ -3,7 +3,9 @@
 
 use super::{GBufferNeeds, Inputs, Technique};
 use crate::{
-    choice, parameters,
+    choice,
+    feedback::Feedback,
+    parameters,
     parameters::{Settings, SettingsError},
     plan::{FramePlan, ResourceId},
     resolution::Storage,
@@ -69,6 +71,8 @@ parameters! {
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
         /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.
         denoise: u32 = 1, in 0..=4, unit "1", grid [0, 1, 2], role Plan;
+        /// Largest albedo with which light of the frame before is reflected again, for several bounces; 0 for one bounce.
+        feedback: f32 = 0.0, in 0.0..=0.95, unit "1", grid [0.0, 0.9], role Plan;
         /// Share a of the frames before in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.
         temporal_a: f32 = 0.0, in 0.0..=0.999, unit "1", grid [0.0, 0.9], role Plan;
         /// Storage of light at full resolution where it was gathered at half: float16 has half the bytes and clamps at 65,504.
@@ -88,14 +92,16 @@ pub const TECHNIQUE: Technique = Technique {
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Bitmask::from_settings(settings)?;
+    let lit = parameters.finds == Finds::Light;
     let sectors = parameters.sectors.count();
     let mut constants = parameters.constants();
     constants
         .extend([("SECTORS", f64::from(sectors)), ("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0)))]);
+    let feedback = Feedback::plan(plan, inputs, if lit { parameters.feedback } else { 0.0 });
     let gather = SliceGather {
         technique: Bitmask::TECHNIQUE,
         shader: "bitmask/gather",
-        features: &[("wide", sectors > 32)],
+        features: &[("light", lit), ("wide", sectors > 32)],
         constants: &constants,
         finds: parameters.finds,
         radius: parameters.radius,
@@ -103,8 +109,13 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         denoise: parameters.denoise,
         storage: parameters.storage,
     };
-    let light = gather.plan(plan, inputs, |pass| {
+    let source = Inputs { direct: feedback.as_ref().map_or(inputs.direct, |feedback| feedback.source), ..*inputs };
+    let light = gather.plan(plan, &source, |pass| {
         pass.param("thickness", parameters.thickness).param("thickness_slope", parameters.thickness_slope)
     });
-    Ok(temporal_filter(plan, inputs, light, parameters.temporal_a))
+    let light = temporal_filter(plan, inputs, light, parameters.temporal_a);
+    if let (Some(feedback), Some(light)) = (feedback, light) {
+        feedback.remember(plan, inputs, light);
+    }
+    Ok(light)
 }

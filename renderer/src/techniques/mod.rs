@@ -11,7 +11,10 @@ use crate::{
 
 pub mod bitmask;
 pub mod exhaustive;
+pub mod gtao;
 pub mod hierarchical;
+pub mod horizon;
+pub mod ray_march;
 
 /// What a technique reads, all at full resolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,7 +104,15 @@ pub struct Technique {
 }
 
 /// Every technique.
-pub static TECHNIQUES: &[Technique] = &[hierarchical::TECHNIQUE, bitmask::TECHNIQUE, exhaustive::TECHNIQUE, NONE];
+pub static TECHNIQUES: &[Technique] = &[
+    hierarchical::TECHNIQUE,
+    bitmask::TECHNIQUE,
+    gtao::TECHNIQUE,
+    horizon::TECHNIQUE,
+    ray_march::TECHNIQUE,
+    exhaustive::TECHNIQUE,
+    NONE,
+];
 
 /// No indirect light at all: what every technique has to beat.
 const NONE: Technique = Technique {

@@ -10,8 +10,8 @@ import package::common::math::{PI, random3, spread2};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_radiance, surfel_pixel};
 import package::common::slice::{
-    Screen, Receiver, Slice, Side, Sample, screen_of, receiver_of, slice_of, side_of, sample_of, away, way_of, arc,
-    arc_of_side, cosine_of, angle_of, ray_at,
+    Screen, Receiver, Slice, Side, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, begin_of,
+    nearer_to_eye, direction_of, away, arc, arc_of_side, angle_of, ray_at,
 };
 import package::bitmask::sectors::{Mask, sectors, count_sectors};
 
@@ -51,31 +51,28 @@ const GOLDEN: f32 = 0.6180339887498949;
 struct Scale {
     base: f32,
     slope: f32,
-    // Largest angle above the surface's plane: its cosine.
-    least_cosine: f32,
-    // Sine of the normal's angle, as seen from this side.
+    // Sine of the normal's angle, as seen from this side: the surface's plane stands at the cosine -sin_angle.
     sin_angle: f32,
 }
 
 fn scale_of(slice: Slice, sign: f32) -> Scale {
-    let sin_angle = sign * slice.sin_angle;
     if RADIOMETRIC {
-        let all = slice.cos_angle + slice.angle * slice.sin_angle;
-        let count = f32(SECTORS) / all;
-        return Scale(arc_of_side(slice, -1.0) * count, sign * count, -sin_angle, sin_angle);
+        let count = f32(SECTORS) / (slice.cos_angle + slice.angle * slice.sin_angle);
+        return Scale(arc_of_side(slice, -1.0) * count, sign * count, sign * slice.sin_angle);
     }
     let count = f32(SECTORS) / PI;
-    return Scale((0.5 * PI - slice.angle) * count, sign * count, -sin_angle, sin_angle);
+    return Scale((0.5 * PI - slice.angle) * count, sign * count, sign * slice.sin_angle);
 }
 
-fn sector_of(scale: Scale, slice: Slice, cosine: f32) -> f32 {
-    let bounded = clamp(cosine, scale.least_cosine, 1.0);
-    let h = angle_of(bounded);
+/// Place among the sectors of a direction (cosine, sine); sector i covers i..i+1.
+fn sector_of(scale: Scale, slice: Slice, direction: vec2f) -> f32 {
+    let above = direction.x > -scale.sin_angle;
+    let cosine = select(-scale.sin_angle, direction.x, above);
+    var measure = angle_of(cosine);
     if RADIOMETRIC {
-        let sine = sqrt(max(1.0 - bounded * bounded, 0.0));
-        return scale.base + scale.slope * arc(h, bounded, sine, slice.cos_angle, scale.sin_angle);
+        measure = arc(measure, cosine, select(slice.cos_angle, direction.y, above), slice.cos_angle, scale.sin_angle);
     }
-    return scale.base + scale.slope * h;
+    return scale.base + scale.slope * measure;
 }
 
 /// What a slice knows as its steps go on.
@@ -96,42 +93,51 @@ fn walk(
     let radius = params.radius * receiver.unit;
     let side = side_of(receiver, slice, sign, radius, screen);
     let scale = scale_of(slice, sign);
-    let thickness = (params.thickness * receiver.unit);
+    let thickness = params.thickness * receiver.unit;
     let last = vec2i(textureDimensions(surfels)) - 1;
     let inverse_scale = 1.0 / screen.scale;
+    let strides = strides_of(f32(STEPS), jitter, side.reach, screen.scale, SPACING);
     var begin = 0.0;
+    var end = strides.end;
+    var way = strides.way;
     for (var i = 0u; i < STEPS; i++) {
-        let end = way_of(f32(i + 1u), f32(STEPS), side.reach, screen.scale, SPACING);
-        let way = way_of(f32(i) + jitter, f32(STEPS), side.reach, screen.scale, SPACING);
         let texel = min(vec2i((receiver.pixel + way * side.step) * inverse_scale), last);
         let words = textureLoad(surfels, texel, 0);
-        let sample = sample_of(receiver, side, words, vec2u(texel), begin, way, end, screen);
-        begin = end;
+        let plane = plane_of(receiver, side, words, vec2u(texel), screen);
         // The back lies farther from the eye by the thickness of what is there.
-        let depth = surfel_depth(words) * receiver.unit;
-        let back = away(receiver, side, way) * (thickness + params.thickness_slope * depth);
-        var nearest = cosine_of(sample.middle);
-        var farthest = cosine_of(sample.middle + back);
+        let back = away(receiver, side, way) * (thickness + params.thickness_slope * plane.depth);
+        var middle: vec2f;
+        var nearest: vec2f;
+        var farthest: vec2f;
         if RADIOMETRIC {
-            nearest = max(cosine_of(sample.near), cosine_of(sample.far));
-            farthest = min(cosine_of(sample.near + back), cosine_of(sample.far + back));
+            let near = place_on(plane, receiver, side, begin_of(plane, begin, way));
+            let far = place_on(plane, receiver, side, end);
+            middle = 0.5 * (near + far);
+            nearest = nearer_to_eye(near, far);
+            farthest = near + far - nearest + back;
+        } else {
+            middle = place_on(plane, receiver, side, way);
+            nearest = middle;
+            farthest = middle + back;
         }
-        let a = sector_of(scale, slice, nearest);
-        let b = sector_of(scale, slice, farthest);
+        let a = sector_of(scale, slice, direction_of(nearest));
+        let b = sector_of(scale, slice, direction_of(farthest));
         // Half a sector is a sector (the paper's criterion "round"), or each part of one by chance.
         let first = i32(floor(min(a, b) + rounding));
-        let end_sector = i32(floor(max(a, b) + rounding));
-        let within = dot(sample.middle, sample.middle) <= radius * radius && depth > SKY_DEPTH;
-        let hidden = sectors(first, select(first, end_sector, within));
+        let within = dot(middle, middle) <= radius * radius && plane.depth > SKY_DEPTH;
+        let hidden = sectors(first, select(first, i32(floor(max(a, b) + rounding)), within));
         @if(light) {
             let fresh = count_sectors(hidden & ~(*state).mask);
-            var weight = select(0.0, fresh, sample.faces);
+            var weight = select(0.0, fresh, plane.faces);
             if !RADIOMETRIC {
                 weight = fresh * cosines(receiver, words, vec2u(texel), screen);
             }
             (*state).light += weight * surfel_radiance(words);
         }
         (*state).mask |= hidden;
+        begin = end;
+        end = end * strides.factor + strides.addend;
+        way = way * strides.factor + strides.addend;
     }
 }
 

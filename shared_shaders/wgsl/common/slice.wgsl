@@ -150,74 +150,77 @@ fn away(receiver: Receiver, side: Side, way: f32) -> vec2f {
 
 const SPACING_CONSTANT: u32 = 0u;
 
-/// Way at a number of strides from the receiver, of `steps` that reach to the end: all of the same length, or each
-/// longer than the last by the same factor, from a texel on.
-fn way_of(stride: f32, steps: f32, reach: f32, scale: f32, spacing: u32) -> f32 {
-    let part = stride / steps;
-    if spacing == SPACING_CONSTANT {
-        return reach * part;
-    }
-    let first = min(scale, reach);
-    return select(0.0, first * exp2(part * log2(reach / first)), stride > 0.0);
+/// Strides along a side: all of the same length, or each longer than the last by the same factor, from a texel on. Ends
+/// and samples go on alike, `way * factor + addend`.
+struct Strides {
+    factor: f32,
+    addend: f32,
+    // End of the first stride, and the sample in it.
+    end: f32,
+    way: f32,
 }
 
-/// What a stride along a side shows.
-struct Sample {
-    // Place in the slice of the surface at both ends of the stride and at the sample itself.
-    near: vec2f,
-    far: vec2f,
-    middle: vec2f,
+/// `steps` strides that reach to the end; samples stand at `jitter`, 0..1, of theirs.
+fn strides_of(steps: f32, jitter: f32, reach: f32, scale: f32, spacing: u32) -> Strides {
+    if spacing == SPACING_CONSTANT {
+        let stride = reach / steps;
+        return Strides(1.0, stride, stride, stride * jitter);
+    }
+    let first = min(scale, reach);
+    let octaves = log2(max(reach, 1e-3) / max(first, 1e-3)) / steps;
+    let factor = exp2(octaves);
+    return Strides(factor, 0.0, first * factor, first * exp2(octaves * jitter));
+}
+
+/// The surface that a texel shows, taken for a plane: what stands on it lies in the slice exactly, wherever in the texel
+/// its pixel is, so that a plane does not hide itself.
+struct Plane {
+    // That of the texel's pixel.
+    depth: f32,
+    // Slope along the pixel's ray times depth, then slopes along the receiver's ray and for each pixel of way.
+    top: f32,
+    first: f32,
+    change: f32,
     // Whether its front faces the receiver.
     faces: bool,
 }
 
 /// A surface seen more edge-on than this (cosine) is not extended further.
-const MIN_SLOPE: f32 = 0.02;
+const MIN_SLOPE: f32 = -0.02 * SNORM_16;
 /// Nearest way to which a surface is extended, pixels: on the receiver's own ray a plane has no direction.
 const NEAREST: f32 = 0.25;
 
-/// The surface that the words of a texel show, over the stride from `begin` to `end` with the sample at `way`.
-///
-/// The texel's surface is taken for a plane, so that the sample lies in the slice exactly, wherever in the texel its
-/// pixel is: a plane does not hide itself. A sample stands for all of its stride: along the plane where the receiver
-/// sees its front. Seen from behind, a surface ends on the way to the receiver, because that is not hidden by it: such a
-/// plane is not followed back farther than half the way, within which a ball hides nothing of itself.
-fn sample_of(
-    receiver: Receiver,
-    side: Side,
-    words: vec4u,
-    texel: vec2u,
-    begin: f32,
-    way: f32,
-    end: f32,
-    screen: Screen,
-) -> Sample {
+fn plane_of(receiver: Receiver, side: Side, words: vec4u, texel: vec2u, screen: Screen) -> Plane {
     let depth = surfel_depth(words) * receiver.unit;
     let normal = surfel_direction(words);
     let ray = ray_at(screen, surfel_pixel(words, texel, screen.scale));
-    let least = -MIN_SLOPE * SNORM_16;
-    // Slopes of the plane along the rays: of the texel's pixel, and as they change along the way.
     let own = dot(normal.xy, ray) - normal.z;
     let first = dot(normal.xy, receiver.ray) - normal.z;
-    let change = dot(normal.xy, side.ray_step);
-    let faces = depth * own < first;
-    let low = max(select(max(begin, 0.5 * way), begin, faces), NEAREST);
-    let top = depth * min(own, least);
-    let bounds = vec2f(0.5, 2.0) * depth;
-    let near = clamp(top / min(first + low * change, least), bounds.x, bounds.y);
-    let far = clamp(top / min(first + end * change, least), bounds.x, bounds.y);
-    let middle = clamp(top / min(first + way * change, least), bounds.x, bounds.y);
-    return Sample(
-        place(receiver, side, low, near),
-        place(receiver, side, end, far),
-        place(receiver, side, way, middle),
-        faces,
-    );
+    return Plane(depth, depth * min(own, MIN_SLOPE), first, dot(normal.xy, side.ray_step), depth * own < first);
 }
 
-/// Cosine of the angle of a place from the direction to the eye. The receiver itself counts as in its own plane's middle.
-fn cosine_of(place: vec2f) -> f32 {
-    return place.x * inverseSqrt(max(dot(place, place), 1e-30));
+/// Place in the slice where the plane is seen `way` pixels from the receiver.
+fn place_on(plane: Plane, receiver: Receiver, side: Side, way: f32) -> vec2f {
+    // Near an edge the plane of a texel may be seen edge-on; it is not followed to other depths than about its own.
+    let depth = clamp(plane.top / min(plane.first + way * plane.change, MIN_SLOPE), 0.5 * plane.depth, 2.0 * plane.depth);
+    return place(receiver, side, way, depth);
+}
+
+/// Where a stride begins for a sample that stands for all of it. A surface that the receiver sees from behind ends on the
+/// way to it, because it does not hide it from the eye: it is not followed back farther than half the way, within which
+/// a ball hides nothing of itself.
+fn begin_of(plane: Plane, begin: f32, way: f32) -> f32 {
+    return max(select(max(begin, 0.5 * way), begin, plane.faces), NEAREST);
+}
+
+/// Cosine and sine of the angle of a place from the direction to the eye.
+fn direction_of(place: vec2f) -> vec2f {
+    return place * inverseSqrt(max(dot(place, place), 1e-30));
+}
+
+/// The one of two places that stands at the smaller angle from the direction to the eye.
+fn nearer_to_eye(a: vec2f, b: vec2f) -> vec2f {
+    return select(b, a, a.x * b.y >= a.y * b.x);
 }
 
 /// acos within 7e-5 radians (Abramowitz & Stegun 1964, 4.4.45), a seven-hundredth of one of 64 sectors.
@@ -225,4 +228,12 @@ fn angle_of(cosine: f32) -> f32 {
     let x = min(abs(cosine), 1.0);
     let angle = sqrt(1.0 - x) * (((-0.0187293 * x + 0.0742610) * x - 0.2121144) * x + 1.5707288);
     return select(angle, PI - angle, cosine < 0.0);
+}
+
+/// `arc` up to a direction (cosine, sine) on one side, at most to the plane of the surface.
+fn arc_to(direction: vec2f, slice: Slice, sign: f32) -> f32 {
+    let sin_angle = sign * slice.sin_angle;
+    let above = direction.x > -sin_angle;
+    let cosine = select(-sin_angle, direction.x, above);
+    return arc(angle_of(cosine), cosine, select(slice.cos_angle, direction.y, above), slice.cos_angle, sin_angle);
 }

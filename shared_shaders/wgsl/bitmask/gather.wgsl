@@ -11,7 +11,7 @@ import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_radiance, surfel_pixel};
 import package::common::slice::{
     Screen, Receiver, Slice, Side, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, begin_of,
-    nearer_to_eye, direction_of, away, arc, arc_of_side, angle_of, ray_at,
+    Before, FAR_BEHIND, nearer_to_eye, direction_of, away, arc, arc_of_side, angle_of, ray_at,
 };
 import package::bitmask::sectors::{Mask, sectors, count_sectors};
 
@@ -97,6 +97,7 @@ fn walk(
     let last = vec2i(textureDimensions(surfels)) - 1;
     let inverse_scale = 1.0 / screen.scale;
     let strides = strides_of(f32(STEPS), jitter, side.reach, screen.scale, SPACING);
+    var before = Before(0.0, 1.0);
     var begin = 0.0;
     var end = strides.end;
     var way = strides.way;
@@ -110,7 +111,7 @@ fn walk(
         var nearest: vec2f;
         var farthest: vec2f;
         if RADIOMETRIC {
-            let near = place_on(plane, receiver, side, begin_of(plane, begin, way));
+            let near = place_on(plane, receiver, side, begin_of(plane, begin, way, before));
             let far = place_on(plane, receiver, side, end);
             middle = 0.5 * (near + far);
             nearest = nearer_to_eye(near, far);
@@ -135,6 +136,7 @@ fn walk(
             (*state).light += weight * surfel_radiance(words);
         }
         (*state).mask |= hidden;
+        before = Before(way, select(FAR_BEHIND, plane.depth, plane.depth > SKY_DEPTH));
         begin = end;
         end = end * strides.factor + strides.addend;
         way = way * strides.factor + strides.addend;

@@ -188,7 +188,7 @@ struct Plane {
 /// A surface seen more edge-on than this (cosine) is not extended further.
 const MIN_SLOPE: f32 = -0.02 * SNORM_16;
 /// Nearest way to which a surface is extended, pixels: on the receiver's own ray a plane has no direction.
-const NEAREST: f32 = 0.25;
+const NEAREST: f32 = 0.05;
 
 fn plane_of(receiver: Receiver, side: Side, words: vec4u, texel: vec2u, screen: Screen) -> Plane {
     let depth = surfel_depth(words) * receiver.unit;
@@ -206,11 +206,26 @@ fn place_on(plane: Plane, receiver: Receiver, side: Side, way: f32) -> vec2f {
     return place(receiver, side, way, depth);
 }
 
-/// Where a stride begins for a sample that stands for all of it. A surface that the receiver sees from behind ends on the
-/// way to it, because it does not hide it from the eye: it is not followed back farther than half the way, within which
-/// a ball hides nothing of itself.
-fn begin_of(plane: Plane, begin: f32, way: f32) -> f32 {
-    return max(select(max(begin, 0.5 * way), begin, plane.faces), NEAREST);
+/// What the sample before showed: where it stood, and its depth; FAR_BEHIND for the sky.
+struct Before {
+    way: f32,
+    depth: f32,
+}
+
+const FAR_BEHIND: f32 = 1e15;
+
+/// Where a stride begins for a sample that stands for all of it.
+///
+/// A surface that runs on behind what the sample before showed meets it on the way: it begins there, at the sample before
+/// at the earliest, or strides with an edge in them would lose the part that is before the sample.
+///
+/// A surface that the receiver sees from behind ends on the way to it, because it does not hide it from the eye: it is not
+/// followed back farther than half the way, within which a ball hides nothing of itself.
+fn begin_of(plane: Plane, begin: f32, way: f32, before: Before) -> f32 {
+    // Whether top / slope > before.depth, where slopes are negative.
+    let behind = plane.top < before.depth * min(plane.first + before.way * plane.change, MIN_SLOPE);
+    let first = select(begin, min(begin, before.way), behind);
+    return max(select(max(begin, 0.5 * way), first, plane.faces), NEAREST);
 }
 
 /// Cosine and sine of the angle of a place from the direction to the eye.

@@ -80,6 +80,7 @@ impl SliceGather<'_> {
         let pass = plan
             .pass(Part::Technique, "gather", variant(self.shader, self.features))
             .constants(self.constants)
+            .constants(&[("COARSE", f64::from(u8::from(level.scale > 1)))])
             .param("scale", level.scale as f32)
             .param("radius", if self.radius > 0.0 { self.radius } else { FAR })
             .bind("surfels", level.surfels)

@@ -75,8 +75,6 @@ fn main() -> ExitCode {
     }
 }
 
-type Settings<'a> = &'a [(&'a str, &'a str)];
-
 fn cost(args: &Args, session: &Session) -> Result<(), Error> {
     let radius = args.radius.to_string();
     let open = [("finds", "occlusion"), ("radius", radius.as_str()), ("spacing", "constant"), ("denoise", "1")];
@@ -143,7 +141,12 @@ fn occlusion(args: &Args, session: &Session) -> Result<(), Error> {
     ];
     for estimator in ["published", "radiometric"] {
         for thickness in ["1", "0.5", "0.25", "0.1", "0.02"] {
-            let more = vec![("estimator", estimator), ("thickness", thickness), ("finds", "occlusion")];
+            let more = vec![
+                ("estimator", estimator),
+                ("thickness", thickness),
+                ("thickness_slope", "0"),
+                ("finds", "occlusion"),
+            ];
             rows.push((format!("{estimator}, thickness {thickness}"), "bitmask", more));
         }
     }
@@ -174,7 +177,9 @@ fn light(args: &Args, session: &Session) -> Result<(), Error> {
         "{:<42}{:>12}{:>14}{:>14}{:>12}{:>16}",
         "", "mean", "of screen's", "RMSE/screen's", "noise/mean", "variance x rays"
     );
-    let thickness = |t: &'static str| [("thickness", t), ("steps", "16"), ("denoise", "0"), ("storage", "float32")];
+    let thickness = |t: &'static str| {
+        [("thickness", t), ("thickness_slope", "0"), ("steps", "16"), ("denoise", "0"), ("storage", "float32")]
+    };
     let mut rows: Vec<(String, &str, Vec<(&str, &str)>)> = Vec::new();
     for t in ["0.2", "0.02"] {
         rows.push((format!("ray-march, 2 rays, thickness {t}"), "ray-march", thickness(t).to_vec()));
@@ -186,7 +191,7 @@ fn light(args: &Args, session: &Session) -> Result<(), Error> {
             ));
         }
     }
-    rows.push(("horizon, 1 slice".into(), "horizon", thickness("0.2")[1..].to_vec()));
+    rows.push(("horizon, 1 slice".into(), "horizon", thickness("0.2")[2..].to_vec()));
     let mut rays = f64::NAN;
     for (name, technique, settings) in rows {
         let request = halflight_evaluator::session::Request {

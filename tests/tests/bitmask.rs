@@ -50,10 +50,16 @@ fn world(frames: &Frames) -> Vec<Option<(DVec3, DVec3)>> {
     GBuffer::read(frames).pixels.iter().map(place).collect()
 }
 
+/// Thickness that is given is constant unless said otherwise.
+fn with_slope<'a>(technique: &str, settings: &[(&'a str, &'a str)]) -> Vec<(&'a str, &'a str)> {
+    let given = settings.iter().any(|(name, _)| *name == "thickness") && ["bitmask", "ray-march"].contains(&technique);
+    settings.iter().copied().chain(given.then_some(("thickness_slope", "0"))).collect()
+}
+
 fn converged(session: &Session, technique: &str, settings: &[(&str, &str)], size: [u32; 2], count: u32) -> Vec<Rgb> {
     let finds_light = !settings.contains(&("finds", "occlusion")) && technique != "gtao";
     let output = if finds_light { "indirect" } else { "ambient_occlusion" };
-    let settings = [&[("denoise", "0")], settings].concat();
+    let settings = [&[("denoise", "0")], with_slope(technique, settings).as_slice()].concat();
     frames(session, &request(technique, &settings, size)).mean_over_frames(output, count).unwrap().0
 }
 
@@ -174,6 +180,7 @@ fn the_gather_agrees_with_double_precision() {
             ("slices", "2"),
             ("steps", "6"),
             ("thickness", "0.3"),
+            ("thickness_slope", "0"),
             ("denoise", "0"),
             ("storage", "float32"),
         ];
@@ -264,7 +271,8 @@ fn at_equal_samples_slices_are_less_noisy_than_rays() {
     let scene = bundled("cornell");
     let session = Session::new(device(), &scene);
     let deviation = |technique: &str, settings: &[(&str, &str)]| {
-        let settings = [&[("denoise", "0"), ("steps", "16"), ("thickness", "0.2")], settings].concat();
+        let thick = [("denoise", "0"), ("steps", "16"), ("thickness", "0.2"), ("thickness_slope", "0")];
+        let settings = [&thick, settings].concat();
         let (image, deviation) =
             frames(&session, &request(technique, &settings, SIZE)).mean_over_frames("indirect", 12).unwrap();
         deviation / mean_luminance(&image)
@@ -310,7 +318,7 @@ fn extremes_are_finite_and_sensible() {
     let scene = scenes::court();
     let session = Session::new(device(), &scene);
     let mean = |settings: &[(&str, &str)]| {
-        let settings = [&[("finds", "occlusion"), ("denoise", "0")], settings].concat();
+        let settings = [&[("finds", "occlusion"), ("denoise", "0")], &*with_slope("bitmask", settings)].concat();
         let mut frames = frames(&session, &request("bitmask", &settings, [48, 36]));
         frames.run(0).unwrap();
         let open = frames.read_rgb("ambient_occlusion").unwrap().unwrap();

@@ -310,9 +310,11 @@ fn overrides(parameters: &[Parameter]) -> BTreeSet<&'static str> {
 #[test]
 fn override_parameters_and_override_constants_are_the_same() {
     // Set by the plan itself: children of a texel, whether a level gathered, whether meshes are solid, whether a filter
-    // averages frames, number of lights.
+    // averages frames, sectors of a slice, whether texels are wider than a pixel, number of lights.
     let by_plan = |folder: &str| match folder {
         "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED", "SOLID", "OVER_FRAMES"]),
+        "bitmask" => BTreeSet::from(["SECTORS", "COARSE", "OVER_FRAMES"]),
+        "gtao" | "horizon" | "ray-march" => BTreeSet::from(["COARSE"]),
         "direct" => BTreeSet::from(["LIGHTS"]),
         _ => BTreeSet::new(),
     };
@@ -358,6 +360,7 @@ fn technique_plans() -> Vec<FramePlan> {
     let mut all = Vec::new();
     for size in [[1, 1], [3, 1], [1, 9], [64, 36], [1279, 717]] {
         all.push(plan(&scene, "exhaustive", &[], size));
+        all.extend(slice_plans(&scene, size));
         for start_resolution in ["full", "half", "quarter"] {
             for levels in ["1", "2", "4", "8"] {
                 for storage in ["float16", "float32"] {
@@ -390,6 +393,61 @@ fn technique_plans() -> Vec<FramePlan> {
         }
     }
     all
+}
+
+/// Plans of the techniques that walk along slices.
+fn slice_plans(scene: &Scene, size: [u32; 2]) -> Vec<FramePlan> {
+    let mut all = Vec::new();
+    for resolution in ["full", "half"] {
+        for denoise in ["0", "2"] {
+            let common = [("resolution", resolution), ("denoise", denoise)];
+            all.push(plan(scene, "gtao", &common, size));
+            for storage in ["float16", "float32"] {
+                all.push(plan(scene, "horizon", &[&common[..], &[("storage", storage)]].concat(), size));
+            }
+            for finds in ["light", "occlusion"] {
+                let common = [&common[..], &[("finds", finds)]].concat();
+                all.push(plan(scene, "ray-march", &common, size));
+                for more in [("sectors", "32"), ("sectors", "128"), ("feedback", "0.9"), ("temporal_a", "0.9")] {
+                    all.push(plan(scene, "bitmask", &[&common[..], &[more]].concat(), size));
+                }
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn a_bitmask_has_the_passes_that_its_settings_ask_for() {
+    let scene = scenes::court();
+    let none = plan(&scene, "none", &[], SIZE);
+    let own = |technique, values: &[(&str, &str)]| {
+        let plan = plan(&scene, technique, values, SIZE);
+        added(&passes(&none), &passes(&plan)).into_iter().map(String::from).collect::<Vec<_>>()
+    };
+    assert_eq!(own("bitmask", &[]), ["pyramid_1", "gather", "denoise_0", "composite"]);
+    assert_eq!(own("bitmask", &[("denoise", "0")]), ["pyramid_1", "gather", "composite"]);
+    assert_eq!(
+        own("bitmask", &[("resolution", "half"), ("denoise", "2")]),
+        ["pyramid_2", "gather", "denoise_0", "denoise_1", "upsample", "composite"]
+    );
+    assert_eq!(
+        own("bitmask", &[("feedback", "0.9")]),
+        ["feedback", "pyramid_1", "gather", "denoise_0", "remember", "composite"]
+    );
+    // Openness is no light: the direct image is the final one, and the plan says how far it looks.
+    let open = plan(&scene, "gtao", &[("radius", "2"), ("resolution", "half")], SIZE);
+    assert_eq!(
+        added(&passes(&none), &passes(&open)),
+        ["pyramid_2", "gather", "denoise_0", "upsample_ambient_occlusion"]
+    );
+    assert_eq!(open.outputs["final"], open.outputs["direct"]);
+    assert!(open.outputs.contains_key("ambient_occlusion") && !open.outputs.contains_key("indirect"));
+    assert_eq!(open.occlusion_radius, Some(2.0));
+    assert_eq!(plan(&scene, "bitmask", &[], SIZE).occlusion_radius, None);
+    // Both estimators and gtao look at the same surfels.
+    let reads = |technique| plan(&scene, technique, &[], SIZE).find("gather").unwrap().reads_and_writes().0.len();
+    assert_eq!(["bitmask", "gtao", "horizon", "ray-march"].map(reads), [1; 4]);
 }
 
 fn every_plan() -> Vec<FramePlan> {

@@ -52,10 +52,10 @@ parameters! {
         grid [Estimator::Published, Estimator::Radiometric], role Override("RADIOMETRIC");
         /// Radius within which surfaces count; 0 for all of the screen.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0, 1.0, 4.0], role Uniform;
-        /// Thickness of everything that is seen, away from the eye.
-        thickness: f32 = 0.2, in 0.0..=1e9, unit "scene units", grid [0.1, 0.25, 0.5, 1.0], role Uniform;
-        /// What distance adds to the thickness, for each unit of depth: thin things far away keep their shadow.
-        thickness_slope: f32 = 0.0, in 0.0..=10.0, unit "1", grid [0.0, 0.02], role Uniform;
+        /// Thickness of everything that is seen, away from the eye, wherever it is.
+        thickness: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.1, 0.25, 0.5, 1.0], role Uniform;
+        /// What distance adds to the thickness, for each unit of depth: it has no unit, so the default suits scenes of any size.
+        thickness_slope: f32 = 0.03, in 0.0..=10.0, unit "1", grid [0.0, 0.03], role Uniform;
         /// Slices of the hemisphere: noise falls with their square root, cost rises with them.
         slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override("SLICES");
         /// Steps on each side of a slice.

@@ -17,10 +17,10 @@ parameters! {
         finds: Finds = Finds::Light, unit "", grid [Finds::Light, Finds::Occlusion], role Plan;
         /// Radius within which surfaces count; 0 for all of the screen.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0, 1.0, 4.0], role Uniform;
-        /// Thickness of everything that is seen, away from the eye.
-        thickness: f32 = 0.2, in 0.0..=1e9, unit "scene units", grid [0.1, 0.25, 0.5, 1.0], role Uniform;
-        /// What distance adds to the thickness, for each unit of depth.
-        thickness_slope: f32 = 0.0, in 0.0..=10.0, unit "1", grid [0.0, 0.02], role Uniform;
+        /// Thickness of everything that is seen, away from the eye, wherever it is.
+        thickness: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.1, 0.25, 0.5, 1.0], role Uniform;
+        /// What distance adds to the thickness, for each unit of depth: it has no unit, so the default suits scenes of any size.
+        thickness_slope: f32 = 0.03, in 0.0..=10.0, unit "1", grid [0.0, 0.03], role Uniform;
         /// Rays of a pixel: noise falls with their square root, cost rises with them.
         rays: u32 = 2, in 1..=256, unit "1", grid [1, 2, 4], role Override("RAYS");
         /// Steps of a ray.

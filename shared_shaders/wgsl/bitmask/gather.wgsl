@@ -33,6 +33,8 @@ struct Params {
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
 override SLICES: u32 = 1u;
+// Whether texels are wider than a pixel.
+override COARSE: bool = true;
 override STEPS: u32 = 12u;
 override SECTORS: u32 = 32u;
 override SPACING: u32 = 1u;
@@ -104,7 +106,7 @@ fn walk(
     for (var i = 0u; i < STEPS; i++) {
         let texel = min(vec2i((receiver.pixel + way * side.step) * inverse_scale), last);
         let words = textureLoad(surfels, texel, 0);
-        let plane = plane_of(receiver, side, words, vec2u(texel), screen);
+        let plane = plane_of(receiver, side, words, texel, screen, COARSE);
         // The back lies farther from the eye by the thickness of what is there.
         let back = away(receiver, side, way) * (thickness + params.thickness_slope * plane.depth);
         var middle: vec2f;

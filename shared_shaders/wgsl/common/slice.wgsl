@@ -190,10 +190,15 @@ const MIN_SLOPE: f32 = -0.02 * SNORM_16;
 /// Nearest way to which a surface is extended, pixels: on the receiver's own ray a plane has no direction.
 const NEAREST: f32 = 0.05;
 
-fn plane_of(receiver: Receiver, side: Side, words: vec4u, texel: vec2u, screen: Screen) -> Plane {
+/// `coarse` says whether texels are wider than a pixel; otherwise they need not be asked which pixel they show.
+fn plane_of(receiver: Receiver, side: Side, words: vec4u, texel: vec2i, screen: Screen, coarse: bool) -> Plane {
     let depth = surfel_depth(words) * receiver.unit;
     let normal = surfel_direction(words);
-    let ray = ray_at(screen, surfel_pixel(words, texel, screen.scale));
+    var pixel = vec2f(texel) + 0.5;
+    if coarse {
+        pixel = surfel_pixel(words, vec2u(texel), screen.scale);
+    }
+    let ray = ray_at(screen, pixel);
     let own = dot(normal.xy, ray) - normal.z;
     let first = dot(normal.xy, receiver.ray) - normal.z;
     return Plane(depth, depth * min(own, MIN_SLOPE), first, dot(normal.xy, side.ray_step), depth * own < first);

@@ -4,8 +4,7 @@ import package::common::math::{PI, spread2};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
 import package::common::slice::{
-    Screen, Receiver, Slice, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, direction_of,
-    arc_to,
+    Screen, Receiver, Slice, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, arc_to,
 };
 
 struct Params {
@@ -23,6 +22,8 @@ struct Params {
 @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
 override SLICES: u32 = 1u;
+// Whether texels are wider than a pixel.
+override COARSE: bool = true;
 override STEPS: u32 = 12u;
 override SPACING: u32 = 1u;
 override JITTER: bool = true;
@@ -45,7 +46,7 @@ fn open_side(receiver: Receiver, slice: Slice, sign: f32, jitter: f32, screen: S
     for (var i = 0u; i < STEPS; i++) {
         let texel = min(vec2i((receiver.pixel + way * side.step) * inverse_scale), last);
         let words = textureLoad(surfels, texel, 0);
-        let plane = plane_of(receiver, side, words, vec2u(texel), screen);
+        let plane = plane_of(receiver, side, words, texel, screen, COARSE);
         let place = place_on(plane, receiver, side, max(way, 0.25));
         let distance = length(place);
         var cosine = place.x / max(distance, 1e-15);

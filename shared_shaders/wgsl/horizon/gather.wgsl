@@ -22,6 +22,8 @@ struct Params {
 @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 
 override SLICES: u32 = 1u;
+// Whether texels are wider than a pixel.
+override COARSE: bool = true;
 override STEPS: u32 = 12u;
 override SPACING: u32 = 1u;
 override JITTER: bool = true;
@@ -45,7 +47,7 @@ fn walk(receiver: Receiver, slice: Slice, sign: f32, jitter: f32, screen: Screen
     for (var i = 0u; i < STEPS; i++) {
         let texel = min(vec2i((receiver.pixel + way * side.step) * inverse_scale), last);
         let words = textureLoad(surfels, texel, 0);
-        let plane = plane_of(receiver, side, words, vec2u(texel), screen);
+        let plane = plane_of(receiver, side, words, texel, screen, COARSE);
         let place = place_on(plane, receiver, side, max(way, 0.25));
         let direction = direction_of(place);
         if direction.x > horizon && plane.depth > SKY_DEPTH && dot(place, place) <= radius * radius {

@@ -28,6 +28,8 @@ struct Params {
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
 override RAYS: u32 = 2u;
+// Whether texels are wider than a pixel.
+override COARSE: bool = true;
 override STEPS: u32 = 16u;
 override SPACING: u32 = 1u;
 
@@ -60,7 +62,7 @@ fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> v
     for (var i = 0u; i < STEPS; i++) {
         let texel = min(vec2i((receiver.pixel + way * side.step) / screen.scale), last);
         let words = textureLoad(surfels, texel, 0);
-        let plane = plane_of(receiver, side, words, vec2u(texel), screen);
+        let plane = plane_of(receiver, side, words, texel, screen, COARSE);
         let place = place_on(plane, receiver, side, max(way, 0.25));
         let back = place
             + away(receiver, side, way) * (params.thickness * receiver.unit + params.thickness_slope * plane.depth);

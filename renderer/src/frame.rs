@@ -155,7 +155,17 @@ fn plan_scene_for(
         DirectSource::Given => plan.external("direct", "direct light given by the caller"),
         DirectSource::Rendered => {
             let parameters = DirectLight::from_settings(settings)?;
-            plan_direct(&mut plan, facts, &scene, &gbuffer, &parameters)
+            let direct = plan_direct(&mut plan, facts, &scene, &gbuffer, &parameters);
+            if facts.needs.environment {
+                let environment = plan.scene_buffer("scene.environment", "light from outside");
+                plan.pass(Part::Direct, "sky", "sky/sky")
+                    .bind("depth", gbuffer.depth)
+                    .bind("environment", environment)
+                    .bind("direct", direct)
+                    .because("the environment shows where no surface does")
+                    .over(size);
+            }
+            direct
         }
     };
     let outputs =

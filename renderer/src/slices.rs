@@ -62,13 +62,15 @@ pub(crate) struct SliceGather<'a> {
 
 impl SliceGather<'_> {
     /// Plans surfels, the gather, filter and upsampling; `bind` adds what only this technique's gather reads. Returns
-    /// light at full resolution, or leaves openness among the outputs.
+    /// light at full resolution; or leaves openness among the outputs, and returns the environment's light where the scene has
+    /// one.
     pub(crate) fn plan(
         &self,
         plan: &mut FramePlan,
         inputs: &Inputs,
         bind: impl for<'b> FnOnce(PassBuilder<'b>) -> PassBuilder<'b>,
     ) -> Option<ResourceId> {
+        let environment = environment_of(plan, inputs).filter(|_| self.finds == Finds::Light);
         let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], 1 << self.resolution as u32, 0);
         let level = &levels[0];
         let lit = self.finds == Finds::Light;
@@ -77,8 +79,9 @@ impl SliceGather<'_> {
             false => (Format::R32Float, "openness along slices"),
         };
         let gathered = plan.texture("gathered", level.size, format, what);
+        let shader = variant(self.shader, &[self.features, &[("ambient", environment.is_some())]].concat());
         let pass = plan
-            .pass(Part::Technique, "gather", variant(self.shader, self.features))
+            .pass(Part::Technique, "gather", shader)
             .constants(self.constants)
             .constants(&[("COARSE", f64::from(u8::from(level.scale > 1)))])
             .param("scale", level.scale as f32)
@@ -86,6 +89,10 @@ impl SliceGather<'_> {
             .bind("surfels", level.surfels)
             .bind("gathered", gathered)
             .because(format!("{what}, {}", self.technique));
+        let pass = match environment {
+            Some(environment) => pass.bind("environment", environment),
+            None => pass,
+        };
         bind(pass).over(level.size);
         let found = denoised(plan, level, gathered, self.denoise);
         // Spline weights are smoothest; what is left of the noise is spread by them too.
@@ -96,8 +103,26 @@ impl SliceGather<'_> {
         let open = to_display(plan, inputs, &upsampling, level, found, "ambient_occlusion");
         plan.outputs.insert("ambient_occlusion", open);
         plan.occlusion_radius = Some(self.radius);
-        None
+        environment_of(plan, inputs).map(|environment| {
+            let size = plan.display_size;
+            let indirect =
+                plan.texture("indirect", size, Format::Rgba32Float, "light from outside through what is open");
+            plan.pass(Part::Technique, "ambient", "ambient/ambient")
+                .bind("normal", inputs.normal)
+                .bind("ambient_occlusion", open)
+                .bind("environment", environment)
+                .bind("indirect", indirect)
+                .because("the scene has an environment")
+                .over(size);
+            indirect
+        })
     }
+}
+
+/// The scene's environment, where it has one.
+pub(crate) fn environment_of(plan: &mut FramePlan, inputs: &Inputs) -> Option<ResourceId> {
+    let any = inputs.scene.is_some_and(|scene| scene.environment);
+    any.then(|| plan.scene_buffer("scene.environment", "light from outside"))
 }
 
 /// Plans the spatial filter: `count` passes, the taps of each twice as far apart as those of the one before.

@@ -5,8 +5,9 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use halflight_evaluator::session::{Frames, Session};
-use halflight_native::images::Rgb;
-use halflight_scenes::{Light, Mesh, Scene};
+use halflight_native::{images::Rgb, truth::TruthSource};
+use halflight_renderer::truth::{Request as TruthRequest, Stop, Truth};
+use halflight_scenes::{Environment, Light, Mesh, Scene};
 use halflight_tests::{
     bitmask::Gather,
     bundled, device, frames, mean_luminance,
@@ -341,4 +342,98 @@ fn extremes_are_finite_and_sensible() {
     assert!((mean(&[("radius", "1e-6")]) - 1.0).abs() < 1e-6);
     let [without_end, large] = ["0", "1e6"].map(|radius| mean(&[("radius", radius)]));
     assert!((without_end - large).abs() < 1e-4, "{without_end} {large}");
+}
+
+fn trace(scene: &Scene, request: &TruthRequest, samples: u32) -> Truth {
+    let source = TruthSource::new(&device().gpu, scene, None);
+    source.trace(request, Stop::at_samples(samples), &mut |_| ()).unwrap().truth
+}
+
+#[test]
+fn behind_thin_bars_the_bitmask_is_nearer_to_rays_than_horizons() {
+    // Figure 6: radius 2, thickness 1, 0.5, 0.25 and 0.1 against both kinds of gtao.
+    let scene = bundled("bars");
+    let size = [128, 72];
+    let request = TruthRequest { ambient_occlusion: Some(2.0), ..TruthRequest::new(scene.camera, size) };
+    let truth = trace(&scene, &request, 64).ambient_occlusion.unwrap().mean;
+    let session = Session::new(device(), &scene);
+    let rmse = |technique: &str, settings: &[(&str, &str)]| {
+        let settings = [&[("radius", "2"), ("slices", "4"), ("steps", "16")], settings].concat();
+        let image = converged(&session, technique, &settings, size, 2);
+        let square = |(x, t): (&Rgb, &f32)| f64::from(x[0] - t).powi(2);
+        (image.iter().zip(&truth).map(square).sum::<f64>() / truth.len() as f64).sqrt()
+    };
+    let horizons = [rmse("gtao", &[]), rmse("gtao", &[("falloff", "0.6")])];
+    let bitmask = ["1", "0.5", "0.25", "0.1"].map(|t| rmse("bitmask", &[("finds", "occlusion"), ("thickness", t)]));
+    println!("gtao without and with falloff {horizons:.3?}, bitmask {bitmask:.3?}");
+    assert!(bitmask.iter().all(|own| horizons.iter().all(|other| own < other)), "{horizons:?} {bitmask:?}");
+}
+
+#[test]
+fn the_environment_lights_what_is_open() {
+    let mut scene = corner();
+    scene.lights.clear();
+    let size = [48, 36];
+    let common = [("thickness", "0"), ("slices", "4"), ("steps", "16"), ("storage", "float32")];
+    // Of radiance 1 from everywhere a surface receives its openness, which has a closed form.
+    scene.environment = Some(Environment::constant([1.0; 3]));
+    let session = Session::new(device(), &scene);
+    let mut shown = frames(&session, &request("none", &[], size));
+    shown.run(0).unwrap();
+    let open: Vec<_> = world(&shown)
+        .iter()
+        .map(|place| {
+            let (p, n) = (*place)?;
+            let distance = if n.y > 0.5 { p.z } else { p.y };
+            Some(1.0 - perpendicular_rectangle(distance.max(1e-6), 2.0, -2.0 - p.x, 2.0 - p.x))
+        })
+        .collect();
+    let ray = TruthRequest { bounces: 1, ..TruthRequest::new(scene.camera, size) };
+    let traced = trace(&scene, &ray, 64).indirect.unwrap().mean;
+    let [mean, exact, _] = against(&traced, &open);
+    println!("constant: path tracer {mean:.4}, closed form {exact:.4}");
+    // 64 samples of a thousand pixels: a deviation of 0.002.
+    assert!((mean / exact - 1.0).abs() < 0.01);
+    for (technique, settings) in [
+        ("bitmask", [&common[..], &[("ambient", "bitmask")]].concat()),
+        ("bitmask", [&common[..], &[("ambient", "bent-normal")]].concat()),
+        ("bitmask", [&common[..], &[("ambient", "normal")]].concat()),
+        ("horizon", common[1..].to_vec()),
+        ("ray-march", vec![("rays", "8"), ("steps", "32"), ("thickness", "0.3"), ("storage", "float32")]),
+    ] {
+        let [mean, exact, _] = against(&converged(&session, technique, &settings, size, 4), &open);
+        println!("constant: {technique} {:?} {mean:.4}", settings.last().unwrap());
+        // Rays step over the edge, horizons round it: their own errors, not the environment's.
+        let most = if technique == "bitmask" { 0.02 } else { 0.06 };
+        assert!((mean / exact - 1.0).abs() < most, "{technique} {settings:?}: {mean} {exact}");
+    }
+    // gtao finds openness alone, and the environment through it.
+    let settings = [("denoise", "0"), ("slices", "4"), ("steps", "16")];
+    let gtao = halflight_tests::render(&session, &request("gtao", &settings, size), "indirect");
+    let [mean, exact, _] = against(&gtao, &open);
+    assert!((mean / exact - 1.0).abs() < 0.06, "gtao: {mean} {exact}");
+
+    // A sky that is red on one side, blue on the other and green above: directions tell the methods apart (Figure 11).
+    let (width, height) = (64, 32);
+    let texel = |i: u32| {
+        let longitude = (f64::from(i % width) + 0.5) / f64::from(width) * 2.0 * PI - PI;
+        let latitude = (f64::from(i / width) + 0.5) / f64::from(height) * PI;
+        let x = latitude.sin() * longitude.sin();
+        [x.max(0.0) as f32, latitude.cos().max(0.0) as f32, (-x).max(0.0) as f32]
+    };
+    let texels = (0..width * height).map(texel).collect();
+    scene.environment = Some(Environment { map: Some("sky".into()), width, height, texels });
+    // A wall that hides one side of the sky.
+    scene.meshes.push(scenes::quad(Vec3::new(0.3, 0.0, 0.0), 2.0 * Vec3::Z, 1.2 * Vec3::Y, 0));
+    let session = Session::new(device(), &scene);
+    let traced = trace(&scene, &ray, 256);
+    let mask: Vec<bool> = traced.depth.iter().map(|&depth| depth > 0.0).collect();
+    let traced = traced.indirect.unwrap().mean;
+    let rmse = ["normal", "bent-normal", "bitmask"].map(|ambient| {
+        let settings = [&common[1..], &[("ambient", ambient), ("thickness", "0.02")]].concat();
+        let image = converged(&session, "bitmask", &settings, size, 4);
+        halflight_evaluator::metrics::linear_errors(&image, &traced, Some(&mask)).rmse
+    });
+    println!("sky: RMSE of normal, bent normal and bitmask {rmse:.4?}");
+    assert!(rmse[2] < rmse[0] && rmse[2] < rmse[1], "{rmse:?}");
 }

@@ -13,7 +13,7 @@ use halflight_renderer::{
     plan_frame,
     techniques::TECHNIQUES,
 };
-use halflight_scenes::{CameraKeyframe, Keyframe, Light, Motion, Moves, Scene};
+use halflight_scenes::{CameraKeyframe, Environment, Keyframe, Light, Motion, Moves, Scene};
 use halflight_shared_shaders::{BindingKind, SHADERS, Shader, shader};
 use halflight_tests::{known, scenes, settings};
 
@@ -108,6 +108,13 @@ fn each_need_adds_exactly_its_own() {
     );
     // What moves is drawn where it is; no channel says what it was, unless the temporal filter asks.
     check(move_first_mesh, &["scene.objects"], &[], ["gbuffer/gbuffer+moving", "shadow/shadow_map+moving", direct]);
+    // The sky shows; this technique does not know what is open to it.
+    check(
+        |scene| scene.environment = Some(Environment::constant([1.0; 3])),
+        &["scene.environment"],
+        &["sky"],
+        ["gbuffer/gbuffer", shadow, direct],
+    );
     // A light or a camera that moves changes numbers and no plan.
     check(
         |scene| scene.moves.lights.push((0, Motion { pivot: [0.0; 3], keyframes: vec![Keyframe::default()] })),
@@ -361,6 +368,7 @@ fn technique_plans() -> Vec<FramePlan> {
     for size in [[1, 1], [3, 1], [1, 9], [64, 36], [1279, 717]] {
         all.push(plan(&scene, "exhaustive", &[], size));
         all.extend(slice_plans(&scene, size));
+        all.extend(slice_plans(&Scene { environment: Some(Environment::constant([1.0; 3])), ..scene.clone() }, size));
         for start_resolution in ["full", "half", "quarter"] {
             for levels in ["1", "2", "4", "8"] {
                 for storage in ["float16", "float32"] {
@@ -415,6 +423,23 @@ fn slice_plans(scene: &Scene, size: [u32; 2]) -> Vec<FramePlan> {
         }
     }
     all
+}
+
+#[test]
+fn an_environment_adds_exactly_its_own() {
+    let dark = scenes::court();
+    let lit = Scene { environment: Some(Environment::constant([1.0; 3])), ..dark.clone() };
+    for (technique, passes_added, resources_added, shader) in [
+        ("bitmask", &["sky"][..], &["scene.environment"][..], "bitmask/gather+light+ambient"),
+        ("horizon", &["sky"], &["scene.environment"], "horizon/gather+ambient"),
+        ("ray-march", &["sky"], &["scene.environment"], "ray-march/march+light+ambient"),
+        ("gtao", &["sky", "ambient", "composite"], &["scene.environment", "indirect", "final"], "gtao/gather"),
+    ] {
+        let [before, after] = [&dark, &lit].map(|scene| plan(scene, technique, &[], SIZE));
+        assert_eq!(added(&passes(&before), &passes(&after)), passes_added, "{technique}");
+        assert_eq!(added(&resources(&before), &resources(&after)), resources_added, "{technique}");
+        assert_eq!(after.find("gather").unwrap().shader, shader);
+    }
 }
 
 #[test]

@@ -42,6 +42,18 @@ impl Sectors {
     }
 }
 
+choice! {
+    /// How light of the environment is found.
+    pub enum Ambient {
+        /// What a surface of this normal receives, times openness.
+        Normal = "normal",
+        /// What one receives that faces the middle of what is open, times openness.
+        BentNormal = "bent-normal",
+        /// From four directions of each slice, each through its open sectors.
+        Bitmask = "bitmask",
+    }
+}
+
 parameters! {
     /// Parameters of the visibility bitmask.
     pub struct Bitmask("bitmask") {
@@ -67,6 +79,9 @@ parameters! {
         jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override("JITTER");
         /// Sectors of a slice: few show as bands, many cost a little.
         sectors: Sectors = Sectors::S32, unit "", grid [Sectors::S32, Sectors::S128], role Plan;
+        /// Light of the environment: from the normal, from the bent normal, or from directions through open sectors.
+        ambient: Ambient = Ambient::Bitmask, unit "",
+        grid [Ambient::Normal, Ambient::BentNormal, Ambient::Bitmask], role Override("AMBIENT");
         /// Resolution of the gather: half costs a quarter and blurs.
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
         /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.

@@ -57,6 +57,8 @@ pub struct SceneInputs {
     pub open_meshes: bool,
     /// Some mesh moves.
     pub moving: bool,
+    /// Light arrives from outside the geometry.
+    pub environment: bool,
 }
 
 impl SceneInputs {
@@ -68,6 +70,7 @@ impl SceneInputs {
             solid_meshes: needs.watertight_meshes > 0,
             open_meshes: needs.open_meshes > 0,
             moving: needs.moving_objects > 0,
+            environment: needs.environment,
         }
     }
 }

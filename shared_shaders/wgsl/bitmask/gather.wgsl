@@ -1,7 +1,8 @@
-// variants: light, wide
+// variants: light, wide, ambient
 // Screen-space indirect light with a visibility bitmask (Therrien et al. 2023, Algorithm 1): along each slice every sample
 // hides the sectors between its front and its back, a thickness farther from the eye, and lights the receiver through
-// those that nothing hid before. Without `light` only openness is found. `wide` has up to 128 sectors.
+// those that nothing hid before. Without `light` only openness is found. `wide` has up to 128 sectors; with `ambient` the
+// environment lights it through those that stay open (section 3.2).
 //
 // Estimator `published`: sectors of equal angle, light weighted by both cosines, samples as points. `radiometric`: sectors
 // of equal cosine-weighted solid angle, slices weighted by the projected normal, no cosine at the source (sectors are
@@ -13,6 +14,7 @@ import package::common::slice::{
     Screen, Receiver, Slice, Side, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, begin_of,
     Before, FAR_BEHIND, nearer_to_eye, direction_of, away, arc, arc_of_side, angle_of, ray_at,
 };
+@if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor, latlong, small_map};
 import package::bitmask::sectors::{Mask, sectors, count_sectors};
 
 struct Params {
@@ -32,6 +34,8 @@ struct Params {
 @if(light) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
+@if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
+
 override SLICES: u32 = 1u;
 // Whether texels are wider than a pixel.
 override COARSE: bool = true;
@@ -42,6 +46,11 @@ override JITTER: bool = true;
 override RADIOMETRIC: bool = true;
 // Whether a filter averages successive frames, which then share out the random numbers between them.
 override OVER_FRAMES: bool = false;
+
+// How light of the environment is found: 0 from the normal, 1 from the bent normal, 2 through open sectors.
+@if(ambient && light) override AMBIENT: u32 = 2u;
+/// Directions of a slice that look the environment up (Figure 7).
+@if(ambient && light) const DIRECTIONS: u32 = 4u;
 
 // Streams of random numbers.
 const SLICE_STREAM: u32 = 2048u;
@@ -145,6 +154,48 @@ fn walk(
     }
 }
 
+/// What a surface that faces `normal` receives of the environment.
+@if(ambient && light)
+fn irradiance(normal: vec3f) -> vec3f {
+    let n = (view.view_to_world * vec4f(normal, 0.0)).xyz;
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < 9u; i++) {
+        sum += irradiance_factor(i, n) * environment[IRRADIANCE + i].rgb;
+    }
+    return max(sum, vec3f(0.0));
+}
+
+/// Light of the environment, or with the bent normal the sum of open directions: of all subregions of a slice, each
+/// weighted by its open sectors.
+@if(ambient && light)
+fn outside(mask: Mask, receiver: Receiver, slice: Slice, rounding: f32) -> vec3f {
+    let above = scale_of(slice, 1.0);
+    let below = scale_of(slice, -1.0);
+    let first = small_map(environment[0]);
+    var sum = vec3f(0.0);
+    var begin = 0;
+    for (var i = 0u; i < DIRECTIONS; i++) {
+        let end_angle = slice.angle + PI * (f32(i + 1u) / f32(DIRECTIONS) - 0.5);
+        let middle = end_angle - 0.5 * PI / f32(DIRECTIONS);
+        var scale = below;
+        if end_angle > 0.0 {
+            scale = above;
+        }
+        var end = i32(floor(sector_of(scale, slice, vec2f(cos(end_angle), abs(sin(end_angle)))) + rounding));
+        end = select(end, i32(SECTORS), i + 1u == DIRECTIONS);
+        let open = count_sectors(sectors(begin, end) & ~mask);
+        begin = end;
+        let direction = cos(middle) * receiver.to_eye + sin(middle) * slice.tangent;
+        if AMBIENT == 2u {
+            let world = (view.view_to_world * vec4f(direction, 0.0)).xyz;
+            sum += open * environment[first + latlong(world, environment[0].zw)].rgb;
+        } else {
+            sum += open * direction;
+        }
+    }
+    return sum;
+}
+
 /// The cosines at both ends of the way to a sample (Algorithm 1, line 23).
 @if(light)
 fn cosines(receiver: Receiver, words: vec4u, texel: vec2u, screen: Screen) -> f32 {
@@ -170,6 +221,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let chance = random3(id.xy, view.frame, SECTOR_STREAM, view.seed).x;
     var open = 1.0;
     @if(light) var light = vec3f(0.0);
+    @if(ambient && light) var around = vec3f(0.0);
     for (var i = 0u; i < SLICES; i++) {
         let slice = slice_of(receiver, PI / f32(SLICES) * (f32(i) + random.x));
         // Each slice's sectors are rounded by another number.
@@ -184,6 +236,21 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         // What is hidden is taken from 1, so that the weights of single slices bring no noise to what is open.
         open -= share * count_sectors(state.mask);
         @if(light) { light += share * state.light; }
+        @if(ambient && light) {
+            if AMBIENT != 0u {
+                around += share * outside(state.mask, receiver, slice, rounding);
+            }
+        }
+    }
+    @if(ambient && light) {
+        if AMBIENT == 0u {
+            around = irradiance(receiver.normal) * max(open, 0.0);
+        }
+        if AMBIENT == 1u {
+            let bent = around * inverseSqrt(max(dot(around, around), 1e-30));
+            around = irradiance(bent) * max(open, 0.0);
+        }
+        light += around;
     }
     @if(light) { textureStore(gathered, id.xy, vec4f(light, open)); }
     @if(!light) { textureStore(gathered, id.xy, vec4f(open)); }

@@ -1,7 +1,10 @@
+// variants: ambient
 // Horizon-based indirect lighting (Mayaux 2018): along each side of a slice, a sample above the horizon so far lights the
-// receiver through the angle between the two. What lies under the horizon is hidden: the depth buffer is a height field.
+// receiver through the angle between the two. What lies under the horizon is hidden: the depth buffer is a height field. With `ambient` the
+// environment adds what a surface of the normal receives, times openness.
 // Light in rgb, openness in a.
 import package::common::math::{PI, spread2};
+@if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::{surfel_depth, surfel_radiance};
 import package::common::slice::{
@@ -20,6 +23,8 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+
+@if(ambient) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
 override SLICES: u32 = 1u;
 // Whether texels are wider than a pixel.
@@ -82,6 +87,15 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         let both = walk(receiver, slice, 1.0, jitter, screen) + walk(receiver, slice, -1.0, other, screen);
         let all = slice.cos_angle + slice.angle * slice.sin_angle;
         sum += slice.weight / f32(SLICES) * (both - vec4f(0.0, 0.0, 0.0, all));
+    }
+    @if(ambient) {
+        let world = (view.view_to_world * vec4f(receiver.normal, 0.0)).xyz;
+        for (var i = 0u; i < 9u; i++) {
+            let part = irradiance_factor(i, world) * environment[IRRADIANCE + i].rgb;
+            sum += vec4f(part * max(sum.w, 0.0), 0.0);
+        }
+        // The polynomial may dip under zero where the sky is dark.
+        sum = max(sum, vec4f(0.0));
     }
     textureStore(gathered, id.xy, sum);
 }

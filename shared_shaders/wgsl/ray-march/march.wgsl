@@ -1,8 +1,9 @@
-// variants: light
+// variants: light, ambient
 // Screen-space ray marching (Sousa et al. 2011): rays of random, cosine-distributed directions, stepped along the screen
 // until one is behind what is seen there by less than the thickness. What they hit lights the receiver; without `light`
-// only openness is found: the share of rays that hit nothing.
+// only openness is found: the share of rays that hit nothing. With `ambient` those see the environment.
 import package::common::math::{PI, random3, spread2};
+@if(ambient && light) import package::common::environment::{MAP, latlong};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
 @if(light) import package::common::surfel::surfel_radiance;
@@ -26,6 +27,8 @@ struct Params {
 // Light in rgb, openness in a; or openness alone.
 @if(light) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
+
+@if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
 override RAYS: u32 = 2u;
 // Whether texels are wider than a pixel.
@@ -107,7 +110,12 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         // The rays of a pixel are spread evenly over the hemisphere.
         let place = fract(random + vec2f((f32(i) + 0.5) / f32(RAYS), GOLDEN * f32(i)));
         let direction = cosine_direction(receiver.normal, place);
-        sum += march(receiver, direction, fract(jitter + GOLDEN * f32(i)), screen) / f32(RAYS);
+        var found = march(receiver, direction, fract(jitter + GOLDEN * f32(i)), screen);
+        @if(ambient && light) {
+            let world = (view.view_to_world * vec4f(direction, 0.0)).xyz;
+            found += vec4f(found.w * environment[MAP + latlong(world, environment[0].xy)].rgb, 0.0);
+        }
+        sum += found / f32(RAYS);
     }
     @if(light) { textureStore(gathered, id.xy, sum); }
     @if(!light) { textureStore(gathered, id.xy, vec4f(sum.w)); }

@@ -90,6 +90,15 @@ pub struct Errors {
     pub indirect_p95_abs: Option<f64>,
     #[serde(with = "serial::float::optional")]
     pub indirect_p999_abs: Option<f64>,
+    /// Openness against traced openness, where a technique finds nothing else: root mean square, 0..1.
+    #[serde(with = "serial::float::optional", skip_serializing_if = "Option::is_none")]
+    pub occlusion_rmse: Option<f64>,
+    /// Its signed mean: positive is too open.
+    #[serde(with = "serial::float::optional", skip_serializing_if = "Option::is_none")]
+    pub occlusion_bias: Option<f64>,
+    /// 95th percentile of its size.
+    #[serde(with = "serial::float::optional", skip_serializing_if = "Option::is_none")]
+    pub occlusion_p95_abs: Option<f64>,
     #[serde(with = "serial::float::optional")]
     pub final_psnr_db: Option<f64>,
     #[serde(with = "serial::float::optional")]
@@ -119,6 +128,18 @@ impl Errors {
             final_ssim: Some(display.ssim),
             final_flip: Some(display.flip),
             final_hdr_flip: Some(display.hdr_flip),
+            ..Self::default()
+        }
+    }
+}
+
+impl Errors {
+    /// The columns of openness; those of light stay None.
+    pub fn of_occlusion(linear: &LinearErrors) -> Self {
+        Self {
+            occlusion_rmse: Some(linear.rmse),
+            occlusion_bias: Some(linear.bias),
+            occlusion_p95_abs: Some(linear.p95_abs),
             ..Self::default()
         }
     }

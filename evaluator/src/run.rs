@@ -182,8 +182,10 @@ struct Prepared<'a> {
     pictures: Map<String, Value>,
     /// Header of every image file: what does not depend on the cell.
     header: BTreeMap<String, String>,
+    /// Openness within a radius, by the radius.
+    occlusion: Vec<OcclusionTruth>,
     /// What the scene's own passes left, and their median time in milliseconds, by the direct-light
-    /// settings that shape them.
+    /// settings and the technique's needs that shape them.
     scene_frames: BTreeMap<String, (Frames<'a>, f64)>,
 }
 
@@ -266,6 +268,7 @@ impl<'a> Runner<'a> {
                 mask,
                 exposure,
                 indirect_exposure,
+                occlusion: Vec::new(),
                 scene_frames: BTreeMap::new(),
             });
         }
@@ -277,14 +280,11 @@ impl<'a> Runner<'a> {
         let (scene, moving, path) = (self.scene, self.moving, self.path);
         let prepared = self.prepare()?;
         let session = &prepared.session;
-        let direct_settings: String = cell
-            .settings
-            .iter()
-            // Glossy light asks the G-buffer for materials.
-            .filter(|(key, _)| key.starts_with("direct.") || *key == "hierarchical.glossy")
-            .map(|(key, value)| format!("{key}={value} "))
-            .collect();
-        let (scene_frames, scene_ms) = match prepared.scene_frames.entry(direct_settings) {
+        let needs = (cell.technique.needs)(&cell.settings).map_err(|e| Error::BadInput(e.to_string()))?;
+        let direct = cell.settings.iter().filter(|(key, _)| key.starts_with("direct."));
+        let shape: String =
+            [format!("{needs:?}")].into_iter().chain(direct.map(|(key, value)| format!(" {key}={value}"))).collect();
+        let (scene_frames, scene_ms) = match prepared.scene_frames.entry(shape) {
             Entry::Occupied(ready) => ready.into_mut(),
             Entry::Vacant(place) => {
                 let mut frames = session.scene_frames(&cell.settings, size)?;
@@ -296,13 +296,14 @@ impl<'a> Runner<'a> {
         let request =
             Request { technique: cell.technique, settings: cell.settings.clone(), size, seed: grid.seed, direct };
         let mut frames = session.technique_frames(&request, scene_frames)?;
+        let occlusion_radius = frames.plan().occlusion_radius;
         let mut noise = Noise::default();
         let mut first: Option<Shown> = None;
         // A filter over frames shows what it can do in the last one.
         let wanted = if frames.plan().has_history() { grid.frames - 1 } else { 0 };
         let times = time_frames(&mut frames, grid.frames, |frames, frame| {
             let shown = Shown::read(frames)?;
-            noise.add(&shown.indirect);
+            noise.add(shown.measured());
             if frame == wanted {
                 first = Some(shown);
             }
@@ -312,32 +313,55 @@ impl<'a> Runner<'a> {
             check_textures(&[scene_frames, &frames])?;
         }
         let shown = first.ok_or_else(|| Error::Failed("no frame was rendered: set frames to at least 1".into()))?;
-        let Prepared { truth_final, truth_indirect, mask, exposure, indirect_exposure, .. } = prepared;
-        let display = [&shown.image, truth_final].map(|image| tone_map_all(image, *exposure));
-        let pair = DisplayPair {
-            width: size[0],
-            linear: [&shown.image, truth_final],
-            display: [&display[0], &display[1]],
-            mask: Some(mask),
+        // What only finds openness is held against the truth's; its image stands where others show light.
+        let open_truth = match (&shown.open, occlusion_radius) {
+            (Some(_), Some(radius)) => {
+                Some(occlusion_truth(native, scene, grid, size, radius, &mut prepared.occlusion)?)
+            }
+            _ => None,
         };
-        let mut errors =
-            Errors::new(&linear_errors(&shown.indirect, truth_indirect, Some(mask)), &display_errors(&pair));
-        errors.noise_std = noise.deviation();
-        errors.truth_rel_error = Some(prepared.truth_rel_error);
+        let Prepared { truth_final, truth_indirect, mask, exposure, indirect_exposure, .. } = prepared;
         let pictures = Pictures { folder: options.out, width: size[0], mask: Some(mask) };
         let name = |kind: &str| format!("{}_{}x{}_{number:04}{kind}", scene.name, size[0], size[1]);
         let mut file = Image { metadata: prepared.header.clone(), ..Image::new(size[0], size[1]) };
         file.metadata.insert("technique".into(), cell.technique.name.into());
         file.metadata.insert("settings".into(), settings_text(&cell.settings));
-        file.set_rgb("", &shown.image);
-        file.set_rgb("indirect", &shown.incident);
-        let mut images = Map::from_iter([
-            ("final".to_owned(), pictures.radiance(&name("_final"), &shown.image, *exposure)?),
-            ("indirect".to_owned(), pictures.radiance(&name("_indirect"), &shown.indirect, *indirect_exposure)?),
-            ("error".to_owned(), pictures.error(&name("_error"), &shown.indirect, truth_indirect)?),
-            ("exr".to_owned(), pictures.exr(&name(""), &file)?),
-        ]);
-        images.extend(prepared.pictures.clone());
+        let (mut errors, images) = if let (Some(open), Some(truth)) = (&shown.open, &open_truth) {
+            let reference: Vec<Rgb> = truth.mean.iter().map(|&v| [v; 3]).collect();
+            file.set_channel("ambient_occlusion.Y", open.iter().map(|v| v[0]).collect());
+            let truth_name = format!("{}_{}x{}_truth_ao_{:e}", scene.name, size[0], size[1], truth.radius);
+            let images = [
+                ("final", pictures.radiance(&name("_final"), open, 1.0)?),
+                ("error", pictures.error(&name("_error"), open, &reference)?),
+                ("exr", pictures.exr(&name(""), &file)?),
+                ("truth_final", pictures.radiance(&truth_name, &reference, 1.0)?),
+            ];
+            let mut errors = Errors::of_occlusion(&linear_errors(open, &reference, Some(mask)));
+            errors.truth_rel_error = Some(truth.rel_error);
+            (errors, images.map(|(kind, picture)| (kind.to_owned(), picture)).into_iter().collect::<Map<_, _>>())
+        } else {
+            let display = [&shown.image, truth_final].map(|image| tone_map_all(image, *exposure));
+            let pair = DisplayPair {
+                width: size[0],
+                linear: [&shown.image, truth_final],
+                display: [&display[0], &display[1]],
+                mask: Some(mask),
+            };
+            file.set_rgb("", &shown.image);
+            file.set_rgb("indirect", &shown.incident);
+            let mut images = Map::from_iter([
+                ("final".to_owned(), pictures.radiance(&name("_final"), &shown.image, *exposure)?),
+                ("indirect".to_owned(), pictures.radiance(&name("_indirect"), &shown.indirect, *indirect_exposure)?),
+                ("error".to_owned(), pictures.error(&name("_error"), &shown.indirect, truth_indirect)?),
+                ("exr".to_owned(), pictures.exr(&name(""), &file)?),
+            ]);
+            images.extend(prepared.pictures.clone());
+            let linear = linear_errors(&shown.indirect, truth_indirect, Some(mask));
+            let mut errors = Errors::new(&linear, &display_errors(&pair));
+            errors.truth_rel_error = Some(prepared.truth_rel_error);
+            (errors, images)
+        };
+        errors.noise_std = noise.deviation();
         let mut row = Measurement {
             scene: scene.name.clone(),
             camera: "default".into(),
@@ -374,11 +398,43 @@ impl<'a> Runner<'a> {
     }
 }
 
-/// What a frame shows: final radiance, `albedo * indirect`, and `indirect` itself.
+/// The path tracer's openness.
+#[derive(Clone)]
+struct OcclusionTruth {
+    radius: f32,
+    mean: Vec<f32>,
+    rel_error: f64,
+}
+
+/// Openness within a radius: as precise as the grid's truth, traced once for all cells that ask for it.
+fn occlusion_truth(
+    native: &NativeGpu,
+    scene: &Scene,
+    grid: &Grid,
+    size: [u32; 2],
+    radius: f32,
+    known: &mut Vec<OcclusionTruth>,
+) -> Result<OcclusionTruth, Error> {
+    if let Some(truth) = known.iter().find(|truth| truth.radius == radius) {
+        return Ok(truth.clone());
+    }
+    let request =
+        TruthRequest { ambient_occlusion: Some(radius), seed: grid.seed, ..TruthRequest::new(scene.camera, size) };
+    let stop = Stop { samples_per_pixel: grid.truth_samples, rel_error: Some(grid.truth_rel_error), error_block: 8 };
+    let traced = truth::trace(native, scene, &request, stop)?;
+    let mean = traced.truth.ambient_occlusion.map(|estimate| estimate.mean).unwrap_or_default();
+    let truth = OcclusionTruth { radius, mean, rel_error: traced.rel_error };
+    known.push(truth.clone());
+    Ok(truth)
+}
+
+/// What a frame shows: final radiance, `albedo * indirect`, `indirect` itself, and openness where it is all that the
+/// technique finds.
 struct Shown {
     image: Vec<Rgb>,
     indirect: Vec<Rgb>,
     incident: Vec<Rgb>,
+    open: Option<Vec<Rgb>>,
 }
 
 impl Shown {
@@ -389,7 +445,13 @@ impl Shown {
         let black = || vec![[0.0; 3]; image.len()];
         let incident = output("indirect")?.unwrap_or_else(black);
         let indirect = output("albedo")?.map_or_else(black, |albedo| modulate(&albedo, &incident));
-        Ok(Self { image, indirect, incident })
+        let open = output("ambient_occlusion")?.map(|open| open.iter().map(|v| [v[0]; 3]).collect());
+        Ok(Self { image, indirect, incident, open })
+    }
+
+    /// What errors and noise are those of.
+    fn measured(&self) -> &[Rgb] {
+        self.open.as_ref().unwrap_or(&self.indirect)
     }
 }
 

@@ -272,7 +272,7 @@ impl Frames<'_> {
     }
 
     /// All outputs as one image with the channels of the interchange format: final radiance, depth,
-    /// world normal and position, albedo, direct and indirect light.
+    /// world normal and position, albedo, direct and indirect light, and openness where the plan has it.
     ///
     /// # Errors
     /// Where the device was lost.
@@ -283,6 +283,9 @@ impl Frames<'_> {
             if let Some(pixels) = self.read_rgb(output)? {
                 image.set_rgb(layer, &pixels);
             }
+        }
+        if let Some(open) = self.read("ambient_occlusion")? {
+            image.set_channel("ambient_occlusion.Y", open.iter().map(|texel| texel[0]).collect());
         }
         let to_world = self.view.world_to_view.inverse();
         if let (Some(depth), Some(normal)) = (self.read_rgb("depth")?, self.read_rgb("normal")?) {

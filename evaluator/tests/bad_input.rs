@@ -142,7 +142,10 @@ fn techniques_and_settings() {
     let folder = Folder::new("settings");
     let error = |arguments: &[&str]| folder.render_error(&[&["--scene", "good.toml"], arguments].concat());
     says(&error(&["--technique", "hierarchcal"]), &["hierarchcal", "did you mean hierarchical"]);
-    says(&error(&["--technique", "zzz"]), &["zzz", "hierarchical, exhaustive, none"]);
+    says(
+        &error(&["--technique", "zzz"]),
+        &["zzz", "hierarchical, bitmask, gtao, horizon, ray-march, exhaustive, none"],
+    );
     says(&error(&["--set", "sampels=3"]), &["sampels", "did you mean hierarchical.samples"]);
     says(&error(&["--set", "samples=0"]), &["hierarchical.samples = 0", "1 to 1024"]);
     says(&error(&["--set", "samples=many"]), &["hierarchical.samples = many", "1 to 1024"]);

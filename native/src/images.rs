@@ -112,9 +112,10 @@ impl Image {
     /// layer then returns that channel three times.
     pub fn rgb(&self, layer: &str) -> Option<Vec<Rgb>> {
         let grey = || match (layer, self.channels.len()) {
-            ("", 1) => self.channels.values().next().map(|samples| samples.iter().map(|&value| [value; 3]).collect()),
-            _ => None,
+            ("", 1) => self.channels.values().next(),
+            _ => self.channels.get(&channel_name(layer, "Y")),
         };
+        let grey = || grey().map(|samples| samples.iter().map(|&value| [value; 3]).collect());
         self.components(layer, ["R", "G", "B"]).or_else(grey)
     }
 

@@ -9,7 +9,7 @@ use halflight_renderer::{
     Gpu, SceneBuffers,
     truth::{Progress, Request, State, Stop, Trace, Tracer, Truth, TruthError},
 };
-use halflight_scenes::{Camera, Light, Material, Mesh, Scene, Texture};
+use halflight_scenes::{Camera, Environment, Light, Material, Mesh, Scene, Texture};
 
 use crate::cache::{Cache, Inputs, Key};
 
@@ -173,6 +173,9 @@ fn scene_inputs(scene: &Scene) -> Inputs {
     }
     for Texture { name: _, width, height, rgba } in &scene.textures {
         inputs.add(&[*width, *height]).add(rgba);
+    }
+    if let Some(Environment { map: _, width, height, texels }) = &scene.environment {
+        inputs.add(&[*width, *height]).add(texels);
     }
     for light in &scene.lights {
         match *light {

@@ -8,10 +8,7 @@ use crate::{
     parameters::{Settings, SettingsError},
     plan::{FramePlan, Part, ResourceId},
     shadow::{ShadowLayer, shadow_bounds, shadow_layers},
-    techniques::{
-        Inputs, MotionInputs, SceneInputs, Technique,
-        hierarchical::{Hierarchical, Switch},
-    },
+    techniques::{GBufferNeeds, Inputs, MotionInputs, SceneInputs, Technique, needs_of_any},
 };
 
 parameters! {
@@ -77,7 +74,8 @@ pub fn plan_frame(
     direct: DirectSource,
 ) -> Result<FramePlan, SettingsError> {
     let follows = facts.needs.moving_objects > 0 && follows_objects(facts, technique, settings, size)?;
-    let (mut plan, gbuffer) = plan_scene_for(facts, settings, size, direct, follows)?;
+    let needs = (technique.needs)(settings)?;
+    let (mut plan, gbuffer) = plan_scene_for(facts, settings, size, direct, needs, follows)?;
     let output = |name| plan.outputs[name];
     let motion = gbuffer.object.zip(gbuffer.objects).map(|(object, objects)| MotionInputs { object, objects });
     let inputs = Inputs {
@@ -131,15 +129,16 @@ pub fn plan_scene(
     size: [u32; 2],
     direct: DirectSource,
 ) -> Result<FramePlan, SettingsError> {
-    Ok(plan_scene_for(facts, settings, size, direct, false)?.0)
+    Ok(plan_scene_for(facts, settings, size, direct, needs_of_any(settings)?, false)?.0)
 }
 
-/// As [`plan_scene`], with a channel for the moving object that each pixel shows where a technique `follows` them.
+/// As [`plan_scene`], with what a technique `needs` and a channel for the moving object that each pixel shows where a technique `follows` them.
 fn plan_scene_for(
     facts: &SceneFacts,
     settings: &Settings,
     size: [u32; 2],
     direct: DirectSource,
+    needs: GBufferNeeds,
     follows: bool,
 ) -> Result<(FramePlan, GBuffer), SettingsError> {
     let mut plan = FramePlan::new(size);
@@ -150,13 +149,23 @@ fn plan_scene_for(
             .then(|| plan.external("scene.texels", "materials with textures")),
         objects: (facts.needs.moving_objects > 0).then(|| plan.external("scene.objects", "objects move")),
     };
-    let glossy = shows_gloss(settings, facts.needs.glossy)?;
+    let glossy = facts.needs.glossy && needs.glossy_material;
     let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct, follows, glossy);
     let direct = match direct {
         DirectSource::Given => plan.external("direct", "direct light given by the caller"),
         DirectSource::Rendered => {
             let parameters = DirectLight::from_settings(settings)?;
-            plan_direct(&mut plan, facts, &scene, &gbuffer, &parameters)
+            let direct = plan_direct(&mut plan, facts, &scene, &gbuffer, &parameters);
+            if facts.needs.environment {
+                let environment = plan.scene_buffer("scene.environment", "light from outside");
+                plan.pass(Part::Direct, "sky", "sky/sky")
+                    .bind("depth", gbuffer.depth)
+                    .bind("environment", environment)
+                    .bind("direct", direct)
+                    .because("the environment shows where no surface does")
+                    .over(size);
+            }
+            direct
         }
     };
     let outputs =
@@ -164,11 +173,6 @@ fn plan_scene_for(
     plan.outputs.extend(outputs);
     plan.outputs.extend(gbuffer.material.filter(|_| glossy).map(|material| ("material", material)));
     Ok((plan, gbuffer))
-}
-
-/// Whether these settings ask for glossy light in a scene that has glossy materials.
-fn shows_gloss(settings: &Settings, glossy_scene: bool) -> Result<bool, SettingsError> {
-    Ok(glossy_scene && Hierarchical::from_settings(settings)?.glossy == Switch::On)
 }
 
 /// The part of a frame after direct light, on textures `depth`, `normal`, `direct` and `albedo` that
@@ -212,7 +216,7 @@ fn plan_on_textures(
         material: None,
         scene,
     };
-    let glossy = shows_gloss(settings, scene.is_some_and(|scene| scene.glossy))?;
+    let glossy = (technique.needs)(settings)?.glossy_material && scene.is_some_and(|scene| scene.glossy);
     let inputs = Inputs { material: glossy.then(|| plan.external("material", "given by the caller")), ..inputs };
     plan.outputs.extend([
         ("depth", inputs.depth),

@@ -5,6 +5,7 @@
 //! `wasm32-unknown-unknown`.
 
 pub mod error;
+mod feedback;
 mod frame;
 mod gpu;
 mod motion;
@@ -12,8 +13,10 @@ pub mod parameters;
 pub mod plan;
 pub mod preset;
 mod record;
+mod resolution;
 mod scene_buffers;
 mod shadow;
+mod slices;
 pub mod techniques;
 pub mod temporal;
 pub mod texels;

@@ -211,6 +211,8 @@ pub struct FramePlan {
     pub passes: Vec<Pass>,
     /// Results by name: `depth`, `normal`, `albedo`, `direct`, `indirect`, `final`...
     pub outputs: BTreeMap<&'static str, ResourceId>,
+    /// Radius of `ambient_occlusion` among the outputs, scene units; 0 for unlimited.
+    pub occlusion_radius: Option<f32>,
 }
 
 impl FramePlan {

@@ -167,11 +167,27 @@ impl Camera {
     }
 }
 
-/// Light that arrives from outside all geometry.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Light that arrives from outside all geometry: a map of directions.
+///
+/// Longitude runs along rows, latitude along columns: the direction d of the middle of a texel (x, y) has
+/// x = (0.5 + atan2(d.x, -d.z) / 2 pi) width, y = acos(d.y) / pi height. All of a texel has one radiance.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
-    /// The same radiance from every direction, W sr^-1 m^-2.
-    pub radiance: [f32; 3],
+    /// File name relative to the scene; `None` for a radiance that was written down.
+    pub map: Option<String>,
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Radiance, W sr^-1 m^-2, rows from the top.
+    pub texels: Vec<[f32; 3]>,
+}
+
+impl Environment {
+    /// The same radiance from every direction.
+    pub fn constant(radiance: [f32; 3]) -> Self {
+        Self { map: None, width: 1, height: 1, texels: vec![radiance] }
+    }
 }
 
 impl Scene {

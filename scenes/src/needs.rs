@@ -120,7 +120,7 @@ mod tests {
         };
         let lit = Scene {
             lights: vec![spot, sun, spot, point, spot, point],
-            environment: Some(Environment { radiance: [1.0; 3] }),
+            environment: Some(Environment::constant([1.0; 3])),
             ..Scene::default()
         };
         let needs = SceneNeeds {

@@ -1,6 +1,7 @@
 //! What the workspace-level tests share: one device for each test binary, scenes small enough to
 //! reason about, and double-precision twins of what the shaders compute.
 
+pub mod bitmask;
 pub mod oracle;
 pub mod scenes;
 pub mod voxels;

@@ -107,7 +107,12 @@ fn unknown_names_suggest_the_nearest() {
     let far = error("x");
     assert!(declared.iter().all(|parameter| far.contains(&parameter.key())), "{far}");
     assert!(technique("Hierarchical").unwrap_err().to_string().contains("did you mean hierarchical?"));
-    assert!(technique("").unwrap_err().to_string().contains("hierarchical, exhaustive, none"));
+    assert!(
+        technique("")
+            .unwrap_err()
+            .to_string()
+            .contains("hierarchical, bitmask, gtao, horizon, ray-march, exhaustive, none")
+    );
 }
 
 #[test]

@@ -13,7 +13,7 @@ use halflight_renderer::{
     plan_frame,
     techniques::TECHNIQUES,
 };
-use halflight_scenes::{CameraKeyframe, Keyframe, Light, Motion, Moves, Scene};
+use halflight_scenes::{CameraKeyframe, Environment, Keyframe, Light, Motion, Moves, Scene};
 use halflight_shared_shaders::{BindingKind, SHADERS, Shader, shader};
 use halflight_tests::{known, scenes, settings};
 
@@ -108,6 +108,13 @@ fn each_need_adds_exactly_its_own() {
     );
     // What moves is drawn where it is; no channel says what it was, unless the temporal filter asks.
     check(move_first_mesh, &["scene.objects"], &[], ["gbuffer/gbuffer+moving", "shadow/shadow_map+moving", direct]);
+    // The sky shows; this technique does not know what is open to it.
+    check(
+        |scene| scene.environment = Some(Environment::constant([1.0; 3])),
+        &["scene.environment"],
+        &["sky"],
+        ["gbuffer/gbuffer", shadow, direct],
+    );
     // A light or a camera that moves changes numbers and no plan.
     check(
         |scene| scene.moves.lights.push((0, Motion { pivot: [0.0; 3], keyframes: vec![Keyframe::default()] })),
@@ -310,9 +317,11 @@ fn overrides(parameters: &[Parameter]) -> BTreeSet<&'static str> {
 #[test]
 fn override_parameters_and_override_constants_are_the_same() {
     // Set by the plan itself: children of a texel, whether a level gathered, whether meshes are solid, whether a filter
-    // averages frames, number of lights.
+    // averages frames, sectors of a slice, whether texels are wider than a pixel, number of lights.
     let by_plan = |folder: &str| match folder {
         "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED", "SOLID", "OVER_FRAMES"]),
+        "bitmask" => BTreeSet::from(["SECTORS", "COARSE", "OVER_FRAMES"]),
+        "gtao" | "horizon" | "ray-march" => BTreeSet::from(["COARSE"]),
         "direct" => BTreeSet::from(["LIGHTS"]),
         _ => BTreeSet::new(),
     };
@@ -358,6 +367,8 @@ fn technique_plans() -> Vec<FramePlan> {
     let mut all = Vec::new();
     for size in [[1, 1], [3, 1], [1, 9], [64, 36], [1279, 717]] {
         all.push(plan(&scene, "exhaustive", &[], size));
+        all.extend(slice_plans(&scene, size));
+        all.extend(slice_plans(&Scene { environment: Some(Environment::constant([1.0; 3])), ..scene.clone() }, size));
         for start_resolution in ["full", "half", "quarter"] {
             for levels in ["1", "2", "4", "8"] {
                 for storage in ["float16", "float32"] {
@@ -390,6 +401,78 @@ fn technique_plans() -> Vec<FramePlan> {
         }
     }
     all
+}
+
+/// Plans of the techniques that walk along slices.
+fn slice_plans(scene: &Scene, size: [u32; 2]) -> Vec<FramePlan> {
+    let mut all = Vec::new();
+    for resolution in ["full", "half"] {
+        for denoise in ["0", "2"] {
+            let common = [("resolution", resolution), ("denoise", denoise)];
+            all.push(plan(scene, "gtao", &common, size));
+            for storage in ["float16", "float32"] {
+                all.push(plan(scene, "horizon", &[&common[..], &[("storage", storage)]].concat(), size));
+            }
+            for finds in ["light", "occlusion"] {
+                let common = [&common[..], &[("finds", finds)]].concat();
+                all.push(plan(scene, "ray-march", &common, size));
+                for more in [("sectors", "32"), ("sectors", "128"), ("feedback", "0.9"), ("temporal_a", "0.9")] {
+                    all.push(plan(scene, "bitmask", &[&common[..], &[more]].concat(), size));
+                }
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn an_environment_adds_exactly_its_own() {
+    let dark = scenes::court();
+    let lit = Scene { environment: Some(Environment::constant([1.0; 3])), ..dark.clone() };
+    for (technique, passes_added, resources_added, shader) in [
+        ("bitmask", &["sky"][..], &["scene.environment"][..], "bitmask/gather+light+ambient"),
+        ("horizon", &["sky"], &["scene.environment"], "horizon/gather+ambient"),
+        ("ray-march", &["sky"], &["scene.environment"], "ray-march/march+light+ambient"),
+        ("gtao", &["sky", "ambient", "composite"], &["scene.environment", "indirect", "final"], "gtao/gather"),
+    ] {
+        let [before, after] = [&dark, &lit].map(|scene| plan(scene, technique, &[], SIZE));
+        assert_eq!(added(&passes(&before), &passes(&after)), passes_added, "{technique}");
+        assert_eq!(added(&resources(&before), &resources(&after)), resources_added, "{technique}");
+        assert_eq!(after.find("gather").unwrap().shader, shader);
+    }
+}
+
+#[test]
+fn a_bitmask_has_the_passes_that_its_settings_ask_for() {
+    let scene = scenes::court();
+    let none = plan(&scene, "none", &[], SIZE);
+    let own = |technique, values: &[(&str, &str)]| {
+        let plan = plan(&scene, technique, values, SIZE);
+        added(&passes(&none), &passes(&plan)).into_iter().map(String::from).collect::<Vec<_>>()
+    };
+    assert_eq!(own("bitmask", &[]), ["pyramid_1", "gather", "denoise_0", "composite"]);
+    assert_eq!(own("bitmask", &[("denoise", "0")]), ["pyramid_1", "gather", "composite"]);
+    assert_eq!(
+        own("bitmask", &[("resolution", "half"), ("denoise", "2")]),
+        ["pyramid_2", "gather", "denoise_0", "denoise_1", "upsample", "composite"]
+    );
+    assert_eq!(
+        own("bitmask", &[("feedback", "0.9")]),
+        ["feedback", "pyramid_1", "gather", "denoise_0", "remember", "composite"]
+    );
+    // Openness is no light: the direct image is the final one, and the plan says how far it looks.
+    let open = plan(&scene, "gtao", &[("radius", "2"), ("resolution", "half")], SIZE);
+    assert_eq!(
+        added(&passes(&none), &passes(&open)),
+        ["pyramid_2", "gather", "denoise_0", "upsample_ambient_occlusion"]
+    );
+    assert_eq!(open.outputs["final"], open.outputs["direct"]);
+    assert!(open.outputs.contains_key("ambient_occlusion") && !open.outputs.contains_key("indirect"));
+    assert_eq!(open.occlusion_radius, Some(2.0));
+    assert_eq!(plan(&scene, "bitmask", &[], SIZE).occlusion_radius, None);
+    // Both estimators and gtao look at the same surfels.
+    let reads = |technique| plan(&scene, technique, &[], SIZE).find("gather").unwrap().reads_and_writes().0.len();
+    assert_eq!(["bitmask", "gtao", "horizon", "ray-march"].map(reads), [1; 4]);
 }
 
 fn every_plan() -> Vec<FramePlan> {

@@ -21,7 +21,7 @@ fn scan(session: &Session, technique: &str, settings: &[(&str, &str)], size: [u3
         let what = format!("{} {technique} {settings:?} {size:?}: {name}", session.scene.name);
         assert_eq!(bad, 0, "{what} has {bad} values that are not finite");
         // Light is never negative.
-        if ["direct", "indirect", "glossy", "final"].contains(&name.as_str()) {
+        if ["direct", "indirect", "glossy", "fed", "final"].contains(&name.as_str()) {
             assert!(texels.iter().flatten().all(|&v| v >= 0.0), "{what} has negative values");
             largest = texels.iter().flatten().fold(largest, |a, &b| a.max(b));
         }
@@ -54,6 +54,20 @@ const SETTINGS: &[&[(&str, &str)]] = &[
     &[("bounces", "8"), ("start_resolution", "full"), ("levels", "1"), ("pyramid_filter", "vote")],
 ];
 
+/// The same for the techniques that walk along slices.
+const SLICE_SETTINGS: &[(&str, &[(&str, &str)])] = &[
+    ("bitmask", &[]),
+    ("bitmask", &[("estimator", "published"), ("thickness", "1e9"), ("sectors", "128"), ("spacing", "constant")]),
+    ("bitmask", &[("finds", "occlusion"), ("resolution", "half"), ("radius", "1e-6"), ("thickness_slope", "0")]),
+    (
+        "bitmask",
+        &[("feedback", "0.95"), ("temporal_a", "0.9"), ("resolution", "half"), ("slices", "2"), ("steps", "1")],
+    ),
+    ("gtao", &[("falloff", "1"), ("radius", "1e9"), ("resolution", "half")]),
+    ("horizon", &[("radius", "1"), ("storage", "float32"), ("jitter", "off")]),
+    ("ray-march", &[("rays", "3"), ("thickness", "1e9"), ("resolution", "half")]),
+];
+
 fn scan_all(scene: &Scene, size: [u32; 2]) {
     let session = Session::new(device(), scene);
     scan(&session, "none", &[], size);
@@ -62,6 +76,9 @@ fn scan_all(scene: &Scene, size: [u32; 2]) {
     }
     for settings in SETTINGS {
         scan(&session, "hierarchical", settings, size);
+    }
+    for (technique, settings) in SLICE_SETTINGS {
+        scan(&session, technique, settings, size);
     }
 }
 

@@ -26,10 +26,11 @@ pub enum View {
 }
 
 /// Outputs that a view can show, with what they are.
-pub const OUTPUTS: [(&str, &str); 6] = [
+pub const OUTPUTS: [(&str, &str); 7] = [
     ("final", "direct + albedo * indirect"),
     ("direct", "light that surfaces send on after direct light alone"),
     ("indirect", "incident indirect light, without albedo"),
+    ("ambient_occlusion", "openness within a radius: white is open"),
     ("albedo", "diffuse reflectance"),
     ("normal", "normals in view space"),
     ("depth", "distance along the camera's axis; near is bright"),

@@ -62,7 +62,7 @@ impl Best {
 }
 
 /// All measures, in the order of every table and choice: what a viewer sees first.
-pub static MEASURES: [Measure; 11] = [
+pub static MEASURES: [Measure; 14] = [
     Measure {
         name: "FLIP",
         unit: "",
@@ -159,6 +159,33 @@ pub static MEASURES: [Measure; 11] = [
         best: Best::Lowest,
         plot: None,
         value: |row| row.errors.indirect_p999_abs,
+    },
+    Measure {
+        name: "AO RMSE",
+        unit: "1",
+        meaning: "root mean square error of openness against traced openness of the same radius; lower is better",
+        digits: 3,
+        best: Best::Lowest,
+        plot: Some(Plotted { name: "AO RMSE", file: "ao-rmse", label: "RMSE of openness", value: |value| value }),
+        value: |row| row.errors.occlusion_rmse,
+    },
+    Measure {
+        name: "AO bias",
+        unit: "1",
+        meaning: "signed mean error of openness; positive is too open, 0 is best",
+        digits: 3,
+        best: Best::NearestZero,
+        plot: None,
+        value: |row| row.errors.occlusion_bias,
+    },
+    Measure {
+        name: "AO P95 error",
+        unit: "1",
+        meaning: "95th percentile of the absolute error of openness; lower is better",
+        digits: 3,
+        best: Best::Lowest,
+        plot: None,
+        value: |row| row.errors.occlusion_p95_abs,
     },
     Measure {
         name: "PSNR",

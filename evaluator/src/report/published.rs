@@ -17,10 +17,10 @@ pub struct PublishedTable {
     pub steps: &'static [(&'static str, &'static [&'static str])],
     /// What the paper concludes from its table.
     pub claims: &'static [Claim],
-    /// What the paper says about one pass within a step.
-    pub share: Share,
-    /// Parameters, `gpu`, and one `<step>_ms` column per step and for their `total`; the figures only. A step that a
-    /// configuration does not have is empty.
+    /// What the paper says about one pass within a step, where it does.
+    pub share: Option<Share>,
+    /// Parameters, `gpu`, and one `<step>_ms` column per step and for their `total`; the figures only. A step or a
+    /// parameter that a configuration does not have is empty.
     csv: &'static str,
 }
 
@@ -55,7 +55,7 @@ const fn claim(name: &'static str, step: &'static str, of: usize, over: usize) -
 }
 
 /// All tables.
-pub const TABLES: [PublishedTable; 2] = [SOLER_2009_FIG6, SOLER_2010_FIG9];
+pub const TABLES: [PublishedTable; 4] = [SOLER_2009_FIG6, SOLER_2010_FIG9, THERRIEN_2023_TABLE1, THERRIEN_2023_TABLE2];
 
 const SOLER_2009_FIG6: PublishedTable = PublishedTable {
     preset: "soler2009_fig6",
@@ -74,13 +74,13 @@ const SOLER_2009_FIG6: PublishedTable = PublishedTable {
         claim("five levels over four, half, 64 samples", "total", 4, 3),
     ],
     // Its Figure 7 and the text beside it.
-    share: Share {
+    share: Some(Share {
         name: "share of the first level, half, 4 levels, 64 samples",
         step: "gather",
         pass: "gather_0",
         of: 3,
         published: "over 70 %",
-    },
+    }),
     csv: include_str!("../../published/soler2009_fig6.csv"),
 };
 
@@ -109,14 +109,62 @@ const SOLER_2010_FIG9: PublishedTable = PublishedTable {
         claim("five levels over four, half, no visibility", "gather", 6, 4),
         claim("five levels over four, half, visibility", "gather", 7, 5),
     ],
-    share: Share {
+    share: Some(Share {
         name: "share of the first level, half, 4 levels, no visibility",
         step: "gather",
         pass: "gather_0",
         of: 4,
         published: "74 %",
-    },
+    }),
     csv: include_str!("../../published/soler2010_fig9.csv"),
+};
+
+const THERRIEN_2023: &str = "Therrien, Levesque, Gilet: Screen Space Indirect Lighting with Visibility Bitmask, Computer \
+                             Graphics Forum 40-8 (2023)";
+
+const THERRIEN_2023_TABLE1: PublishedTable = PublishedTable {
+    preset: "therrien2023_table1",
+    source: THERRIEN_2023,
+    remarks: "Table 1: 1920×1080, one slice, 32 sectors, steps on one side, the sampling pass alone. The atrium stands in \
+              for its scene.",
+    steps: &[("sampling", &["gather"])],
+    // Configurations: gtao and bitmask by turns, for 0.8 8, 1 12, 1 16, 2 16 and 3 16 (radius, steps).
+    claims: &[
+        claim("bitmask over GTAO, radius 0.8, 8 steps", "sampling", 1, 0),
+        claim("bitmask over GTAO, radius 1, 12 steps", "sampling", 3, 2),
+        claim("bitmask over GTAO, radius 1, 16 steps", "sampling", 5, 4),
+        claim("bitmask over GTAO, radius 2, 16 steps", "sampling", 7, 6),
+        claim("bitmask over GTAO, radius 3, 16 steps", "sampling", 9, 8),
+        claim("16 steps over 12, bitmask", "sampling", 5, 3),
+        claim("radius 2 over 1, bitmask", "sampling", 7, 5),
+    ],
+    share: None,
+    csv: include_str!("../../published/therrien2023_table1.csv"),
+};
+
+const THERRIEN_2023_TABLE2: PublishedTable = PublishedTable {
+    preset: "therrien2023_table2",
+    source: THERRIEN_2023,
+    remarks: "Table 2: indirect diffuse light, 1920×1080, one slice, thickness 0.2, steps on one side. The paper's denoising \
+              includes its upsampling. The atrium stands in for its scene.",
+    steps: &[("sampling", &["gather"]), ("denoising", &["denoise", "upsample"])],
+    // Configurations a to f of the paper.
+    claims: &[
+        claim("radius 4 over 1, 8 steps (b over a)", "sampling", 1, 0),
+        claim("16 steps over 8, radius 4 (c over b)", "sampling", 2, 1),
+        claim("exponential over constant steps (d over c)", "sampling", 3, 2),
+        claim("32 steps over 16 (e over d)", "sampling", 4, 3),
+        claim("half resolution over full (f over d)", "sampling", 5, 3),
+        claim("half resolution over full (f over d)", "total", 5, 3),
+    ],
+    share: Some(Share {
+        name: "share of denoising, 16 exponential steps, full resolution",
+        step: "total",
+        pass: "denoise_0",
+        of: 3,
+        published: "11 %",
+    }),
+    csv: include_str!("../../published/therrien2023_table2.csv"),
 };
 
 /// One row of a published table: the same configuration on one GPU of the paper.
@@ -153,6 +201,7 @@ impl PublishedTable {
                         Some(_) if value.is_empty() => {}
                         Some(step) => row.steps.push((step.into(), value.parse().expect("a time is a number"))),
                         None if column == "gpu" => row.gpu = value.into(),
+                        None if value.is_empty() => {}
                         None => row.parameters.push((column.into(), value.into())),
                     }
                 }

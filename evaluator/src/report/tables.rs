@@ -260,14 +260,15 @@ impl<'a> Held<'a> {
             cells.push(ratio(self.measured(*of, step), self.measured(*over, step)));
             rows.push(TableRow { row: None, cells });
         }
-        let Share { name, step, pass, of, published } = self.table.share;
-        let own = self.own[of].and_then(|(_, row)| row.pass(pass)).zip(self.measured(of, step));
-        let mut cells = vec![Cell::text(name), Cell::text(step), Cell::text(published)];
-        cells.resize_with(2 + self.gpus.len(), Cell::default);
-        let share = own.map(|(pass, step)| pass / step);
-        let text = share.map_or(String::new(), |share| format!("{} %", number(100.0 * share, 3)));
-        cells.push(Cell { text, value: share, best: false });
-        rows.push(TableRow { row: None, cells });
+        if let Some(Share { name, step, pass, of, published }) = self.table.share {
+            let own = self.own[of].and_then(|(_, row)| row.pass(pass)).zip(self.measured(of, step));
+            let mut cells = vec![Cell::text(name), Cell::text(step), Cell::text(published)];
+            cells.resize_with(2 + self.gpus.len(), Cell::default);
+            let share = own.map(|(pass, step)| pass / step);
+            let text = share.map_or(String::new(), |share| format!("{} %", number(100.0 * share, 3)));
+            cells.push(Cell { text, value: share, best: false });
+            rows.push(TableRow { row: None, cells });
+        }
 
         let mut columns = vec![Column::text("claim"), Column::text("step")];
         columns.extend(self.gpus.iter().map(|gpu| {

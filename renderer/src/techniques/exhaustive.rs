@@ -2,7 +2,7 @@
 
 use wgpu::TextureFormat as Format;
 
-use super::{Inputs, Technique};
+use super::{GBufferNeeds, Inputs, Technique};
 use crate::{
     parameters,
     parameters::{Settings, SettingsError},
@@ -25,6 +25,7 @@ pub const TECHNIQUE: Technique = Technique {
     summary: "every pixel sums over every pixel (Soler 2009, Equation 1 with 4): slow, without sampling or hierarchy",
     parameters: Exhaustive::parameters,
     complete: |settings| Ok(Exhaustive::from_settings(settings)?.to_settings()),
+    needs: |_| Ok(GBufferNeeds::NONE),
     plan,
 };
 

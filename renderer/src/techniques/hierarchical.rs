@@ -6,16 +6,14 @@ mod bounces;
 mod gather;
 mod visibility;
 
-use wgpu::TextureFormat as Format;
-
 use self::gather::{Gather, Light};
-use super::{Inputs, Technique};
+use super::{GBufferNeeds, Inputs, Technique};
+pub use crate::resolution::{Storage, UpsamplingKernel};
 use crate::{
-    choice,
-    frame::variant,
-    parameters,
+    choice, parameters,
     parameters::{Settings, SettingsError},
-    plan::{FramePlan, Part, ResourceId},
+    plan::{FramePlan, ResourceId},
+    resolution::{Upsampling, pyramid, to_display},
     temporal::temporal_filter,
 };
 
@@ -68,28 +66,6 @@ choice! {
         Half = "half",
         /// A quarter of width and height.
         Quarter = "quarter",
-    }
-}
-
-choice! {
-    /// Kernel of the joint bilateral upsampling.
-    pub enum UpsamplingKernel {
-        /// The texel that holds the pixel.
-        Nearest = "nearest",
-        /// 2x2, bilinear.
-        Linear = "linear",
-        /// 3x3, quadratic B-spline.
-        Spline = "spline",
-    }
-}
-
-choice! {
-    /// Storage of the images at full resolution.
-    pub enum Storage {
-        /// Half the bytes; relative error 5e-4, values over 65,504 are clamped.
-        Float16 = "float16",
-        /// Nothing is lost.
-        Float32 = "float32",
     }
 }
 
@@ -224,19 +200,12 @@ pub const TECHNIQUE: Technique = Technique {
     summary: "hierarchical screen-space indirect illumination (Soler et al. 2009)",
     parameters: Hierarchical::parameters,
     complete: |settings| Ok(Hierarchical::from_settings(settings)?.to_settings()),
+    needs: |settings| Ok(GBufferNeeds { glossy_material: Hierarchical::from_settings(settings)?.glossy == Switch::On }),
     plan: |plan, inputs, settings| {
         let light = self::plan(plan, inputs, settings)?;
         Ok(temporal_filter(plan, inputs, light, Hierarchical::from_settings(settings)?.temporal_a))
     },
 };
-
-/// One level of the pyramid.
-struct Level {
-    size: [u32; 2],
-    /// Width of a texel in full-resolution pixels.
-    scale: u32,
-    surfels: ResourceId,
-}
 
 /// Radii, inner and outer, of the ring of a level, in its texels.
 pub fn ring_radii(ring: Ring, radius: f32, level: u32) -> [f32; 2] {
@@ -258,6 +227,11 @@ pub fn covering_radius(ring: Ring, levels: u32, size: [u32; 2]) -> f32 {
     }
 }
 
+/// How levels are brought to finer ones.
+fn upsampling(parameters: &Hierarchical) -> Upsampling {
+    Upsampling { kernel: parameters.upsampling_kernel, storage: parameters.storage }
+}
+
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Hierarchical::from_settings(settings)?;
     let only = match parameters.only_level {
@@ -273,7 +247,8 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         return Ok(None);
     }
     // Levels coarser than the only one wanted have nothing to add.
-    let levels = plan_pyramid(plan, inputs, &parameters, only.unwrap_or(parameters.levels - 1));
+    let last = only.unwrap_or(parameters.levels - 1);
+    let levels = pyramid(plan, inputs, &parameters.constants(), parameters.start_resolution.divisor(), last);
     let voxels = visibility::plan_voxels(plan, inputs, &parameters, &levels)?;
     let gather = Gather { parameters: &parameters, levels: &levels, only, voxels: voxels.as_ref(), material: None };
     let surfels: Vec<_> = levels.iter().map(|level| level.surfels).collect();
@@ -282,99 +257,9 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     if let Some(material) = inputs.material.filter(|_| parameters.glossy == Switch::On) {
         let gather = Gather { material: Some(material), ..gather };
         if let Some(light) = gather.light(plan, Light::Glossy, &surfels) {
-            let glossy = to_display(plan, inputs, &parameters, &levels[0], light, "glossy");
+            let glossy = to_display(plan, inputs, &upsampling(&parameters), &levels[0], light, "glossy");
             plan.outputs.insert("glossy", glossy);
         }
     }
-    Ok(Some(to_display(plan, inputs, &parameters, &levels[0], light, "indirect")))
-}
-
-/// Brings light at the resolution of level 0 to the display.
-fn to_display(
-    plan: &mut FramePlan,
-    inputs: &Inputs,
-    parameters: &Hierarchical,
-    start: &Level,
-    light: ResourceId,
-    name: &str,
-) -> ResourceId {
-    if start.scale == 1 {
-        return light;
-    }
-    let size = plan.display_size;
-    let half = parameters.storage == Storage::Float16;
-    let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
-    let display = plan.texture(name, size, format, format!("{name} light at full resolution"));
-    let shader = variant("hierarchical/upsample", &[("to_display", true), ("float16", half)]);
-    let pass = if name == "indirect" { "upsample".into() } else { format!("upsample_{name}") };
-    upsample(plan, parameters, Part::Technique, pass, &shader, start, 1)
-        .bind("coarse_indirect", light)
-        .bind("depth", inputs.depth)
-        .bind("normal", inputs.normal)
-        .bind("indirect", display)
-        .because("the gather starts below full resolution")
-        .over(start.size);
-    display
-}
-
-fn plan_pyramid(plan: &mut FramePlan, inputs: &Inputs, parameters: &Hierarchical, last: u32) -> Vec<Level> {
-    let divisor = parameters.start_resolution.divisor();
-    let mut levels: Vec<Level> = Vec::new();
-    // The finest step reads the G-buffer; every further one halves the one before. A start below half
-    // resolution passes through intermediate steps that are not levels of the gather.
-    let finest = divisor.min(2);
-    let coarsest = divisor << last;
-    let mut scale = finest;
-    while scale <= coarsest {
-        let size = plan.display_size.map(|v| v.div_ceil(scale));
-        let surfels = plan.texture(
-            format!("surfels_{scale}"),
-            size,
-            Format::Rgba32Uint,
-            format!("surfaces in squares of {scale} pixels"),
-        );
-        let name = format!("pyramid_{scale}");
-        let pass = match levels.last() {
-            None if scale == 1 => plan
-                .pass(Part::Technique, name, "hierarchical/pack")
-                .bind("depth", inputs.depth)
-                .bind("normal", inputs.normal)
-                .bind("direct", inputs.direct),
-            None => plan
-                .pass(Part::Technique, name, "hierarchical/pyramid+from_gbuffer")
-                .param("child_scale", 1.0)
-                .bind("depth", inputs.depth)
-                .bind("normal", inputs.normal)
-                .bind("direct", inputs.direct),
-            Some(finer) => plan
-                .pass(Part::Technique, name, "hierarchical/pyramid")
-                .param("child_scale", finer.scale as f32)
-                .bind("children", finer.surfels),
-        };
-        pass.constants(&parameters.constants())
-            .bind("surfels", surfels)
-            .because(if scale < divisor { "leads to the start resolution" } else { "a level of the gather" })
-            .over(size);
-        levels.push(Level { size, scale, surfels });
-        scale *= 2;
-    }
-    levels.retain(|level| level.scale >= divisor);
-    levels
-}
-
-fn upsample<'a>(
-    plan: &'a mut FramePlan,
-    parameters: &Hierarchical,
-    part: Part,
-    name: String,
-    shader: &str,
-    coarse: &Level,
-    fine_scale: u32,
-) -> crate::plan::PassBuilder<'a> {
-    plan.pass(part, name, shader)
-        .constants(&parameters.constants())
-        .constants(&[("CHILDREN", f64::from(coarse.scale / fine_scale))])
-        .param("fine_scale", fine_scale as f32)
-        .param("coarse_scale", coarse.scale as f32)
-        .bind("coarse_surfels", coarse.surfels)
+    Ok(Some(to_display(plan, inputs, &upsampling(&parameters), &levels[0], light, "indirect")))
 }

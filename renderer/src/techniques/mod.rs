@@ -9,8 +9,12 @@ use crate::{
     plan::{FramePlan, ResourceId},
 };
 
+pub mod bitmask;
 pub mod exhaustive;
+pub mod gtao;
 pub mod hierarchical;
+pub mod horizon;
+pub mod ray_march;
 
 /// What a technique reads, all at full resolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +57,8 @@ pub struct SceneInputs {
     pub open_meshes: bool,
     /// Some mesh moves.
     pub moving: bool,
+    /// Light arrives from outside the geometry.
+    pub environment: bool,
 }
 
 impl SceneInputs {
@@ -64,8 +70,21 @@ impl SceneInputs {
             solid_meshes: needs.watertight_meshes > 0,
             open_meshes: needs.open_meshes > 0,
             moving: needs.moving_objects > 0,
+            environment: needs.environment,
         }
     }
+}
+
+/// Channels of the G-buffer that exist only where a technique with its settings asks for them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GBufferNeeds {
+    /// Index of each pixel's material, in a scene that has glossy ones.
+    pub glossy_material: bool,
+}
+
+impl GBufferNeeds {
+    /// Those of a technique that needs nothing more.
+    pub const NONE: Self = Self { glossy_material: false };
 }
 
 /// A way to find indirect light.
@@ -79,12 +98,24 @@ pub struct Technique {
     pub parameters: fn() -> Vec<Parameter>,
     /// Fills in defaults and checks values; settings of other techniques are left out.
     pub complete: fn(&Settings) -> Result<Settings, SettingsError>,
-    /// Appends passes that turn the inputs into `indirect`, which it returns.
+    /// What it reads of the G-buffer beyond depth, normal, direct light and albedo.
+    pub needs: fn(&Settings) -> Result<GBufferNeeds, SettingsError>,
+    /// Appends passes that turn the inputs into `indirect`, which it returns; `None` where it finds none. Other results
+    /// it adds to the plan's outputs: `ambient_occlusion`, `glossy`. What it keeps between frames is a
+    /// [`crate::plan::History`] of the plan.
     pub plan: fn(&mut FramePlan, &Inputs, &Settings) -> Result<Option<ResourceId>, SettingsError>,
 }
 
 /// Every technique.
-pub static TECHNIQUES: &[Technique] = &[hierarchical::TECHNIQUE, exhaustive::TECHNIQUE, NONE];
+pub static TECHNIQUES: &[Technique] = &[
+    hierarchical::TECHNIQUE,
+    bitmask::TECHNIQUE,
+    gtao::TECHNIQUE,
+    horizon::TECHNIQUE,
+    ray_march::TECHNIQUE,
+    exhaustive::TECHNIQUE,
+    NONE,
+];
 
 /// No indirect light at all: what every technique has to beat.
 const NONE: Technique = Technique {
@@ -92,6 +123,7 @@ const NONE: Technique = Technique {
     summary: "no indirect light: the error that every technique starts from",
     parameters: Vec::new,
     complete: |_| Ok(Settings::new()),
+    needs: |_| Ok(GBufferNeeds::NONE),
     plan: |_, _, _| Ok(None),
 };
 
@@ -105,6 +137,17 @@ pub fn technique(name: &str) -> Result<&'static Technique, SettingsError> {
         let hint = halflight_scenes::nearest_name(name, names.iter().copied())
             .map_or(String::new(), |near| format!("did you mean {near}? "));
         SettingsError(format!("no technique is called \"{name}\": {hint}choose one of {}", names.join(", ")))
+    })
+}
+
+/// What any technique with these settings needs of the G-buffer: for a scene whose technique is chosen later.
+///
+/// # Errors
+/// A setting that its declaration does not allow.
+pub fn needs_of_any(settings: &Settings) -> Result<GBufferNeeds, SettingsError> {
+    TECHNIQUES.iter().try_fold(GBufferNeeds::NONE, |all, technique| {
+        let own = (technique.needs)(settings)?;
+        Ok(GBufferNeeds { glossy_material: all.glossy_material || own.glossy_material })
     })
 }
 

@@ -112,6 +112,7 @@ impl Trace {
         let mut constants: Vec<_> = layout.constants().into();
         constants.push(("BOUNCES", request.path_bounces().into()));
         constants.push(("HOLES", f64::from(u8::from(tracer.has_holes))));
+        constants.push(("ENVIRONMENT", f64::from(u8::from(tracer.has_environment))));
         let stage = |name| Stage::new(gpu, tracer, shader, name, &constants, [&uniform, &surfaces, &sums]);
         let view = request.camera.view_matrix();
         let [width, height] = request.size;
@@ -299,6 +300,7 @@ impl Stage {
                     "materials" => tracer.materials.as_entire_binding(),
                     "texels" => tracer.texels.as_entire_binding(),
                     "lights" => tracer.lights.as_entire_binding(),
+                    "environment" => tracer.environment.as_entire_binding(),
                     "surfaces" => surfaces.as_entire_binding(),
                     "sums" => sums.as_entire_binding(),
                     _ => uniform.as_entire_binding(),

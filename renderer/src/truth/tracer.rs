@@ -17,6 +17,9 @@ pub struct Tracer {
     pub(super) materials: wgpu::Buffer,
     pub(super) texels: wgpu::Buffer,
     pub(super) lights: wgpu::Buffer,
+    /// A black texel where the scene has none.
+    pub(super) environment: wgpu::Buffer,
+    pub(super) has_environment: bool,
     pub(super) light_count: u32,
     /// Whether any triangle has holes.
     pub(super) has_holes: bool,
@@ -41,6 +44,15 @@ impl Tracer {
             materials: buffers.materials.clone(),
             texels: buffers.texels.clone(),
             lights: buffers.lights.clone(),
+            environment: buffers.environment.clone().unwrap_or_else(|| {
+                gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("truth.environment"),
+                    size: 16,
+                    usage: wgpu::BufferUsages::STORAGE,
+                    mapped_at_creation: false,
+                })
+            }),
+            has_environment: buffers.environment.is_some(),
             light_count: buffers.light_count,
             scene_radius: scene.bounds().map_or(0.0, |(low, high)| (high - low).length() / 2.0),
             radiance_scale: radiance_scale(scene),
@@ -86,7 +98,8 @@ fn radiance_scale(scene: &Scene) -> f32 {
         Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity,
     });
     let emitters = scene.materials.iter().flat_map(|material| material.emission);
-    let brightest = lights.chain(emitters).filter(|v| v.is_finite()).fold(0.0, f32::max);
+    let sky = scene.environment.iter().flat_map(|environment| environment.texels.iter().copied().flatten());
+    let brightest = lights.chain(emitters).chain(sky).filter(|v| v.is_finite()).fold(0.0, f32::max);
     // Beyond 2^±100 the power itself would leave float32's range.
     if brightest > 0.0 { (-brightest.log2().floor().clamp(-100.0, 100.0)).exp2() } else { 1.0 }
 }

@@ -3,6 +3,7 @@
 //! What can be mended is mended and listed in [`Scene::warnings`]; what cannot is a [`SceneError`].
 
 mod automatic;
+mod environment;
 mod files;
 pub mod keys;
 mod moves;
@@ -28,7 +29,8 @@ use crate::{Mesh, Scene, SceneError};
 /// `generator`, one of [`crate::generators::NAMES`]; optionally `transform` with `translate`,
 /// `rotate_degrees` about the fixed axes x, then y, then z, and `scale`), `[camera]` and
 /// `[[light]]`. Without `[camera]` the camera is automatic; without `[[light]]`, in a scene where
-/// nothing emits, there is an automatic sun.
+/// nothing emits, there is an automatic sun. `[environment]` has a `radiance` that comes from every direction
+/// or a `map`, a latitude-longitude EXR file; it replaces the automatic sun.
 ///
 /// `moves` is a list of keyframes by ascending `frame`; numbers between two of them are interpolated
 /// linearly. A model's have `translate`, `rotate_degrees` and `scale`, on top of its `transform` and about its

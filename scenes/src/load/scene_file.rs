@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{Mat3, Quat, Vec3};
 
 use super::keys::{Source, Table, listed, nearest_name};
-use super::{Reader, add_missing, moves, obj, reason};
+use super::{Reader, add_missing, environment, moves, obj, reason};
 use crate::{Camera, Light, Mesh, SceneError, generators};
 
 /// Reads a scene file into the reader's scene. See [`super::load_scene`] for its keys.
@@ -15,8 +15,8 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
     let source = Source { path, text };
     let table = source.parse()?;
     let file = Table::file(source, &table, &["name", "model", "camera", "light", "environment"])?;
-    if file.has("environment") {
-        return Err(file.error("environment", "is not supported in this version; remove it"));
+    if let Some(table) = file.table("environment", &["radiance", "map"])? {
+        reader.scene.environment = Some(environment::read(reader, path, &table)?);
     }
     if let Some(name) = file.text("name")? {
         reader.scene.name = name.to_owned();
@@ -40,7 +40,7 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
         let meshes = model(reader, path, &table)?;
         reader.scene.meshes.extend(meshes);
     }
-    add_missing(&mut reader.scene, camera.is_none(), !file.has("light"));
+    add_missing(&mut reader.scene, camera.is_none(), !file.has("light") && !file.has("environment"));
     if let Some(camera) = camera {
         reader.scene.camera = camera;
     }

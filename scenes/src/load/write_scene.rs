@@ -13,11 +13,16 @@ use crate::{Keyframe, Light, Material, Mesh, Motion, Scene, SceneError};
 /// where still and moving ones alternate.
 ///
 /// # Errors
-/// As [`write_obj`]; a scene with an environment, which no scene file holds.
+/// As [`write_obj`]; a scene whose environment is a map: its file is not kept.
 pub fn write_scene(scene: &Scene, name: &str) -> Result<Vec<(String, Vec<u8>)>, SceneError> {
-    if scene.environment.is_some() {
-        return Err(SceneError("an environment cannot be written to a scene file in this version; remove it".into()));
-    }
+    let environment = match &scene.environment {
+        Some(environment) if environment.map.is_some() => {
+            return Err(SceneError(
+                "a map of the environment cannot be written; copy its file beside the scene".into(),
+            ));
+        }
+        other => other.as_ref().and_then(|environment| environment.texels.first()),
+    };
     let mut toml = format!("name = {}\n", toml::Value::from(scene.name.as_str()));
     let mut files = Vec::new();
     let receives_only = |mesh: &Mesh| scene.materials.get(mesh.material).is_some_and(|m| m.receive_only);
@@ -46,6 +51,9 @@ pub fn write_scene(scene: &Scene, name: &str) -> Result<Vec<(String, Vec<u8>)>, 
             let _ = writeln!(toml, "pivot = {:?}", motion.pivot);
             write_moves(&mut toml, motion, true, true, true);
         }
+    }
+    if let Some(radiance) = environment {
+        let _ = writeln!(toml, "\n[environment]\nradiance = {radiance:?}");
     }
     let camera = scene.camera;
     let _ = writeln!(toml, "\n[camera]\neye = {:?}\ntarget = {:?}\nup = {:?}", camera.eye, camera.target, camera.up);

@@ -260,11 +260,22 @@ fn a_bad_model_is_refused_with_its_own_file_and_line() {
 }
 
 #[test]
-fn what_is_not_there_yet_is_refused_in_a_sentence() {
-    assert_says(
-        &refused(&format!("{MODEL}[environment]\nradiance = [1, 1, 1]\n")),
-        &["dir/s.toml:3:", "`environment`", "not supported in this version", "remove it"],
-    );
+fn an_environment_is_a_radiance_or_a_map() {
+    for (text, wanted) in [
+        ("radiance = [1, -1, 1]", &["dir/s.toml:4:", "radiance", "none of them negative"][..]),
+        ("map = 'no.exr'", &["dir/s.toml:4:", "no.exr", "no such file"]),
+        ("map = 'no.exr'\nradiance = [1, 1, 1]", &["beside `radiance`", "remove one"]),
+        ("", &["radiance", "is missing", "map ="]),
+        ("mpa = 'no.exr'", &["mpa", "did you mean `map`"]),
+    ] {
+        assert_says(&refused(&format!("{MODEL}[environment]\n{text}\n")), wanted);
+    }
+    let broken: [(&str, &[u8]); 3] = [
+        ("dir/s.toml", b"[[model]]\npath = 'm.obj'\n[environment]\nmap = 'sky.exr'\n"),
+        ("dir/m.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+        ("dir/sky.exr", b"not an image"),
+    ];
+    assert_says(&refusal(&broken, "dir/s.toml"), &["sky.exr", "no EXR image", "store it"]);
 }
 
 #[test]

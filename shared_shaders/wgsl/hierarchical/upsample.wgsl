@@ -1,7 +1,7 @@
-// variants: to_display, float16
+// variants: to_display, float16, openness
 // Brings the indirect light of one level to the next finer one and adds what was gathered there, or
 // with `to_display` brings it to full resolution. One invocation serves all children of a coarse
-// texel: they share its nine neighbours.
+// texel: they share its nine neighbours. With `openness` what is brought is one number and no light.
 import package::common::view::{View, SKY_DEPTH};
 @if(to_display) import package::common::view::{uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
@@ -18,8 +18,9 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var coarse_surfels: texture_2d<u32>;
 @group(0) @binding(3) var coarse_indirect: texture_2d<f32>;
-@if(!float16) @group(0) @binding(4) var indirect: texture_storage_2d<rgba32float, write>;
-@if(float16) @group(0) @binding(4) var indirect: texture_storage_2d<rgba16float, write>;
+@if(!float16 && !openness) @group(0) @binding(4) var indirect: texture_storage_2d<rgba32float, write>;
+@if(openness) @group(0) @binding(4) var indirect: texture_storage_2d<r32float, write>;
+@if(float16 && !openness) @group(0) @binding(4) var indirect: texture_storage_2d<rgba16float, write>;
 @if(!to_display) @group(0) @binding(5) var surfels: texture_2d<u32>;
 @if(!to_display) @group(0) @binding(6) var gathered: texture_2d<f32>;
 @if(to_display) @group(0) @binding(5) var depth: texture_2d<f32>;

@@ -7,6 +7,7 @@
 import package::common::math::{PI, octahedral_encode, octahedral_decode, random3};
 import package::common::scene::{Material, Light, NO_TEXTURE, light_incidence};
 import package::common::texture_pool::{texture_footprint, filter_footprint};
+import package::common::environment::{MAP, latlong};
 import package::common::view::view_position;
 import package::truth::traversal::{
     FAR, Ray, Hit, texels, triangles, place, traverse, cross_triangle, attributes_at,
@@ -42,6 +43,9 @@ struct Job {
 // SUM_WORDS a pixel: rays traced (a bit pattern), then what the offsets below name.
 @group(0) @binding(8) var<storage, read_write> sums: array<f32>;
 
+// As `common/environment.wgsl` lays it out.
+@group(0) @binding(9) var<storage, read> environment: array<vec4f>;
+
 /// Where the sums of an output start in a pixel's words, 0 where it is not asked for: a sum of
 /// three channels and a sum of their squares; for the ambient occlusion the count of open rays.
 override SUM_WORDS: u32 = 1u;
@@ -51,6 +55,8 @@ override ON_SCREEN: u32 = 0u;
 override OCCLUSION: u32 = 0u;
 /// Bounces of the longest path; 0 where only the ambient occlusion is asked for.
 override BOUNCES: u32 = 1u;
+/// Whether the scene has an environment.
+override ENVIRONMENT: bool = false;
 /// Whether any triangle has holes.
 override HOLES: bool = false;
 
@@ -90,6 +96,14 @@ fn sample_texture(start: u32, uv: vec2f) -> vec4f {
     let at = texture_footprint(start, size, uv);
     let words = vec4u(texels[at.indices.x], texels[at.indices.y], texels[at.indices.z], texels[at.indices.w]);
     return filter_footprint(words, at.weights);
+}
+
+/// Radiance from outside the scene.
+fn sky(direction: vec3f) -> vec3f {
+    if !ENVIRONMENT {
+        return vec3f(0.0);
+    }
+    return environment[MAP + latlong(direction, environment[0].xy)].rgb * job.radiance_scale;
 }
 
 fn trace(ray: Ray, reach: f32, any: bool) -> Hit {
@@ -211,6 +225,9 @@ fn primary(
         result.albedo = surface.albedo;
         result.direct = direct_radiance(surface, &rays);
     }
+    if hit.distance == FAR {
+        result.direct = sky(direction);
+    }
     result.rays = rays;
     surfaces[pixel.y * job.width + pixel.x] = result;
 }
@@ -251,6 +268,12 @@ fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
             result.open = f32(hit.distance >= job.occlusion_radius);
         }
         if hit.distance == FAR {
+            let radiance = sky(ray.direction);
+            result.indirect += weight * radiance;
+            if bounce == 0u {
+                result.bounce1 = radiance;
+                result.on_screen = radiance;
+            }
             break;
         }
         let surface = surface_at(hit, ray);

@@ -3,12 +3,13 @@
 use wgpu::TextureFormat as Format;
 
 use super::{
-    DiscArea, Hierarchical, Level, VisibilityBounces, covering_radius, ring_radii, upsample,
+    DiscArea, Hierarchical, VisibilityBounces, covering_radius, ring_radii, upsampling,
     visibility::{LevelVoxels, Voxels},
 };
 use crate::{
     frame::variant,
     plan::{FramePlan, Part, ResourceId},
+    resolution::Level,
 };
 
 /// What the gathers of all bounces share.
@@ -84,23 +85,17 @@ impl Gather<'_> {
                 (None, own) => own.map(|own| (k, own)),
                 (Some((coarse, coarse_light)), own) => {
                     let combined = texture(plan, "combined", k, "light of this level and all coarser ones");
-                    upsample(
-                        plan,
-                        parameters,
-                        Part::Technique,
-                        light.pass_name(&format!("combine_{k}")),
-                        "hierarchical/upsample",
-                        &levels[coarse],
-                        level.scale,
-                    )
-                    .constants(&[("GATHERED", f64::from(u8::from(own.is_some())))])
-                    .bind("coarse_indirect", coarse_light)
-                    .bind("surfels", level.surfels)
-                    // A level that gathered nothing binds any texture of the right kind; it is not read.
-                    .bind("gathered", own.unwrap_or(coarse_light))
-                    .bind("indirect", combined)
-                    .because(format!("adds the light of level {coarse} to level {k}"))
-                    .over(levels[coarse].size);
+                    let name = light.pass_name(&format!("combine_{k}"));
+                    upsampling(parameters)
+                        .pass(plan, name, "hierarchical/upsample", &levels[coarse], level.scale)
+                        .constants(&[("GATHERED", f64::from(u8::from(own.is_some())))])
+                        .bind("coarse_indirect", coarse_light)
+                        .bind("surfels", level.surfels)
+                        // A level that gathered nothing binds any texture of the right kind; it is not read.
+                        .bind("gathered", own.unwrap_or(coarse_light))
+                        .bind("indirect", combined)
+                        .because(format!("adds the light of level {coarse} to level {k}"))
+                        .over(levels[coarse].size);
                     Some((k, combined))
                 }
             };

@@ -2,12 +2,13 @@
 
 use wgpu::TextureFormat as Format;
 
-use super::{Hierarchical, Level, Visibility};
+use super::{Hierarchical, Visibility};
 use crate::{
     Gpu,
     frame::variant,
     parameters::SettingsError,
     plan::{FramePlan, Meshes, Part, ResourceId},
+    resolution::Level,
     techniques::{Inputs, SceneInputs},
 };
 

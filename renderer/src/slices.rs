@@ -1,0 +1,145 @@
+//! What all techniques that walk along slices share (`common/slice.wgsl`): choices, the surfels that they read, the filter
+//! and the way back to the display.
+
+use wgpu::TextureFormat as Format;
+
+use crate::{
+    choice,
+    frame::variant,
+    plan::{FramePlan, Part, PassBuilder, ResourceId},
+    resolution::{Level, Storage, Upsampling, UpsamplingKernel, pyramid, to_display},
+    techniques::Inputs,
+};
+
+choice! {
+    /// What a technique finds.
+    pub enum Finds {
+        /// Indirect light, and with it that of the environment through what is open.
+        Light = "light",
+        /// Openness alone, as the output `ambient_occlusion`.
+        Occlusion = "occlusion",
+    }
+}
+
+choice! {
+    /// How steps are spread along a side of a slice.
+    pub enum Spacing {
+        /// Evenly.
+        Constant = "constant",
+        /// Each longer than the last by the same factor: nearby surfaces get more of them.
+        Exponential = "exponential",
+    }
+}
+
+choice! {
+    /// Resolution of the gather, relative to the display.
+    pub enum Resolution {
+        /// Every pixel.
+        Full = "full",
+        /// Half of width and height, brought back by joint bilateral upsampling.
+        Half = "half",
+    }
+}
+
+/// What stands for no end of the radius, scene units: its square is a number, and no scene is as large.
+const FAR: f32 = 1e15;
+
+/// A gather along slices.
+pub(crate) struct SliceGather<'a> {
+    pub(crate) technique: &'static str,
+    pub(crate) shader: &'static str,
+    /// Features of the shader, in its order.
+    pub(crate) features: &'a [(&'static str, bool)],
+    pub(crate) constants: &'a [(&'static str, f64)],
+    pub(crate) finds: Finds,
+    /// Scene units; 0 for unlimited.
+    pub(crate) radius: f32,
+    pub(crate) resolution: Resolution,
+    /// Passes of the filter.
+    pub(crate) denoise: u32,
+    pub(crate) storage: Storage,
+}
+
+impl SliceGather<'_> {
+    /// Plans surfels, the gather, filter and upsampling; `bind` adds what only this technique's gather reads. Returns
+    /// light at full resolution; or leaves openness among the outputs, and returns the environment's light where the scene has
+    /// one.
+    pub(crate) fn plan(
+        &self,
+        plan: &mut FramePlan,
+        inputs: &Inputs,
+        bind: impl for<'b> FnOnce(PassBuilder<'b>) -> PassBuilder<'b>,
+    ) -> Option<ResourceId> {
+        let environment = environment_of(plan, inputs).filter(|_| self.finds == Finds::Light);
+        let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], 1 << self.resolution as u32, 0);
+        let level = &levels[0];
+        let lit = self.finds == Finds::Light;
+        let (format, what) = match lit {
+            true => (Format::Rgba32Float, "light along slices"),
+            false => (Format::R32Float, "openness along slices"),
+        };
+        let gathered = plan.texture("gathered", level.size, format, what);
+        let shader = variant(self.shader, &[self.features, &[("ambient", environment.is_some())]].concat());
+        let pass = plan
+            .pass(Part::Technique, "gather", shader)
+            .constants(self.constants)
+            .constants(&[("COARSE", f64::from(u8::from(level.scale > 1)))])
+            .param("scale", level.scale as f32)
+            .param("radius", if self.radius > 0.0 { self.radius } else { FAR })
+            .bind("surfels", level.surfels)
+            .bind("gathered", gathered)
+            .because(format!("{what}, {}", self.technique));
+        let pass = match environment {
+            Some(environment) => pass.bind("environment", environment),
+            None => pass,
+        };
+        bind(pass).over(level.size);
+        let found = denoised(plan, level, gathered, self.denoise);
+        // Spline weights are smoothest; what is left of the noise is spread by them too.
+        let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: self.storage };
+        if lit {
+            return Some(to_display(plan, inputs, &upsampling, level, found, "indirect"));
+        }
+        let open = to_display(plan, inputs, &upsampling, level, found, "ambient_occlusion");
+        plan.outputs.insert("ambient_occlusion", open);
+        plan.occlusion_radius = Some(self.radius);
+        environment_of(plan, inputs).map(|environment| {
+            let size = plan.display_size;
+            let indirect =
+                plan.texture("indirect", size, Format::Rgba32Float, "light from outside through what is open");
+            plan.pass(Part::Technique, "ambient", "ambient/ambient")
+                .bind("normal", inputs.normal)
+                .bind("ambient_occlusion", open)
+                .bind("environment", environment)
+                .bind("indirect", indirect)
+                .because("the scene has an environment")
+                .over(size);
+            indirect
+        })
+    }
+}
+
+/// The scene's environment, where it has one.
+pub(crate) fn environment_of(plan: &mut FramePlan, inputs: &Inputs) -> Option<ResourceId> {
+    let any = inputs.scene.is_some_and(|scene| scene.environment);
+    any.then(|| plan.scene_buffer("scene.environment", "light from outside"))
+}
+
+/// Plans the spatial filter: `count` passes, the taps of each twice as far apart as those of the one before.
+fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) -> ResourceId {
+    let format = plan.resources[noisy.0].format().unwrap_or(Format::Rgba32Float);
+    let openness = format == Format::R32Float;
+    (0..count).fold(noisy, |noisy, turn| {
+        let spacing = 1u32 << turn;
+        let smoothed = plan.texture(format!("denoised_{turn}"), level.size, format, "neighbours averaged");
+        plan.pass(Part::Technique, format!("denoise_{turn}"), variant("denoise/denoise", &[("openness", openness)]))
+            .param("scale", level.scale as f32)
+            .param("spacing", spacing)
+            .bind("surfels", level.surfels)
+            .bind("noisy", noisy)
+            .bind("smoothed", smoothed)
+            .because(format!("few slices leave noise: taps {spacing} apart"))
+            .over(level.size);
+        smoothed
+    })
+}

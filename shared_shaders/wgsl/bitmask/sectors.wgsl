@@ -1,0 +1,37 @@
+// The visibility bitmask (Therrien et al. 2023): sectors of a slice as bits, 1 where something hides them.
+@if(wide) alias Mask = vec4u;
+@if(!wide) alias Mask = u32;
+
+/// Bits under `n`, of a word whose first sector is `base`.
+fn bits_under(n: i32, base: i32) -> u32 {
+    let count = u32(clamp(n - base, 0, 32));
+    // A shift by 32 is one by 0.
+    return select((1u << (count & 31u)) - 1u, 0xffffffffu, count == 32u);
+}
+
+/// Sectors `first` up to, not including, `end`.
+@if(!wide)
+fn sectors(first: i32, end: i32) -> Mask {
+    return bits_under(end, 0) & ~bits_under(first, 0);
+}
+
+@if(wide)
+fn sectors(first: i32, end: i32) -> Mask {
+    return vec4u(
+        bits_under(end, 0) & ~bits_under(first, 0),
+        bits_under(end, 32) & ~bits_under(first, 32),
+        bits_under(end, 64) & ~bits_under(first, 64),
+        bits_under(end, 96) & ~bits_under(first, 96),
+    );
+}
+
+@if(!wide)
+fn count_sectors(mask: Mask) -> f32 {
+    return f32(countOneBits(mask));
+}
+
+@if(wide)
+fn count_sectors(mask: Mask) -> f32 {
+    let bits = countOneBits(mask);
+    return f32(bits.x + bits.y + bits.z + bits.w);
+}

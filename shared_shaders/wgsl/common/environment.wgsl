@@ -1,0 +1,39 @@
+// Light from outside the scene: `environment`, a buffer of vec4f.
+//
+//   0         sizes: map, small map
+//   1..9      irradiance over pi as a polynomial of the normal (Ramamoorthi & Hanrahan 2001)
+//   MAP..     the map, rows from the top; then the small map, which averages squares of it
+//
+// WGSL cannot pass a buffer to a function: these say where to look. Directions are in world space.
+import package::common::math::PI;
+
+const IRRADIANCE: u32 = 1u;
+const MAP: u32 = 10u;
+
+/// Texel of a map of this size that holds a direction: longitude along the row, latitude down the column.
+fn latlong(direction: vec3f, size: vec2f) -> u32 {
+    let longitude = atan2(direction.x, -direction.z) / (2.0 * PI) + 0.5;
+    let latitude = acos(clamp(direction.y * inverseSqrt(max(dot(direction, direction), 1e-30)), -1.0, 1.0)) / PI;
+    let texel = min(vec2u(vec2f(longitude, latitude) * size), vec2u(size) - 1u);
+    return texel.y * u32(size.x) + texel.x;
+}
+
+/// First texel of the small map.
+fn small_map(sizes: vec4f) -> u32 {
+    return MAP + u32(sizes.x) * u32(sizes.y);
+}
+
+/// Factor of coefficient `i` for a surface of this unit normal.
+fn irradiance_factor(i: u32, n: vec3f) -> f32 {
+    switch i {
+        case 0u: { return 1.0; }
+        case 1u: { return n.y; }
+        case 2u: { return n.z; }
+        case 3u: { return n.x; }
+        case 4u: { return n.x * n.y; }
+        case 5u: { return n.y * n.z; }
+        case 6u: { return 3.0 * n.z * n.z - 1.0; }
+        case 7u: { return n.x * n.z; }
+        default: { return n.x * n.x - n.y * n.y; }
+    }
+}

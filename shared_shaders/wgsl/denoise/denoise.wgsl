@@ -1,0 +1,59 @@
+// variants: openness
+// One pass of a spatial filter over noisy light, or with `openness` over one number a texel: 3x3 taps, joint bilateral
+// (surfaces from depth and normal), `spacing` texels apart. Passes with spacings 1, 2, 4 widen it at the same cost each
+// (Dammertz et al. 2010).
+import package::common::view::{View, SKY_DEPTH};
+import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
+import package::hierarchical::bilateral::{surface_weight, inverse_tolerance};
+
+struct Params {
+    // Width of a texel in full-resolution pixels.
+    scale: f32,
+    // Texels between taps.
+    spacing: u32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var surfels: texture_2d<u32>;
+@group(0) @binding(3) var noisy: texture_2d<f32>;
+@if(!openness) @group(0) @binding(4) var smoothed: texture_storage_2d<rgba32float, write>;
+@if(openness) @group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn denoise(@builtin(global_invocation_id) id: vec3u) {
+    let size = vec2i(textureDimensions(surfels));
+    if any(vec2i(id.xy) >= size) {
+        return;
+    }
+    let words = textureLoad(surfels, id.xy, 0);
+    if surfel_depth(words) <= SKY_DEPTH {
+        textureStore(smoothed, id.xy, vec4f(0.0));
+        return;
+    }
+    let normal = surfel_normal(words);
+    let position = surfel_position(words, id.xy, params.scale, view.display_size, view.tan_half_fov);
+    let width = params.scale * f32(params.spacing);
+    let tolerance = inverse_tolerance(surfel_depth(words), width, view.tan_half_fov.y, view.display_size.y);
+    var sum = vec4f(0.0);
+    var weights = 0.0;
+    for (var i = 0; i < 9; i++) {
+        let offset = vec2i(i % 3, i / 3) - 1;
+        let tap = vec2i(id.xy) + offset * i32(params.spacing);
+        if any(tap < vec2i(0)) || any(tap >= size) {
+            continue;
+        }
+        let other = textureLoad(surfels, tap, 0);
+        if surfel_depth(other) <= SKY_DEPTH {
+            continue;
+        }
+        let place = surfel_position(other, vec2u(tap), params.scale, view.display_size, view.tan_half_fov);
+        // The kernel is flat: its nine taps see the lattice of random numbers cancel.
+        let distance = dot(normal, place - position) * tolerance;
+        let weight = surface_weight(distance, dot(normal, surfel_normal(other)));
+        sum += weight * textureLoad(noisy, tap, 0);
+        weights += weight;
+    }
+    // The texel itself has weight 1.
+    textureStore(smoothed, id.xy, sum / max(weights, 1e-4));
+}

@@ -1,0 +1,122 @@
+// variants: light, ambient
+// Screen-space ray marching (Sousa et al. 2011): rays of random, cosine-distributed directions, stepped along the screen
+// until one is behind what is seen there by less than the thickness. What they hit lights the receiver; without `light`
+// only openness is found: the share of rays that hit nothing. With `ambient` those see the environment.
+import package::common::math::{PI, random3, spread2};
+@if(ambient && light) import package::common::environment::{MAP, latlong};
+import package::common::view::{View, SKY_DEPTH};
+import package::common::surfel::surfel_depth;
+@if(light) import package::common::surfel::surfel_radiance;
+import package::common::slice::{
+    Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, plane_of, place_on, away,
+};
+
+struct Params {
+    // Width of a texel in full-resolution pixels.
+    scale: f32,
+    // Scene units.
+    radius: f32,
+    // Thickness of all that is seen: scene units, and for each unit of depth.
+    thickness: f32,
+    thickness_slope: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var surfels: texture_2d<u32>;
+// Light in rgb, openness in a; or openness alone.
+@if(light) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
+
+@if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
+
+override RAYS: u32 = 2u;
+// Whether texels are wider than a pixel.
+override COARSE: bool = true;
+override STEPS: u32 = 16u;
+override SPACING: u32 = 1u;
+
+const RAY_STREAM: u32 = 2056u;
+const JITTER_STREAM: u32 = 2057u;
+const GOLDEN: f32 = 0.6180339887498949;
+
+/// Light of one ray, and in the last component 1 where it hit nothing.
+fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> vec4f {
+    // The ray lies in the slice through its direction, at one angle.
+    let cosine = dot(direction, receiver.to_eye);
+    let across = direction - cosine * receiver.to_eye;
+    let sine = length(across);
+    // Along the view ray nothing is crossed.
+    if sine < 1e-4 {
+        return vec4f(0.0, 0.0, 0.0, 1.0);
+    }
+    let slice = Slice(across / sine, 0.0, 0.0, 0.0, 0.0);
+    let radius = params.radius * receiver.unit;
+    let side = side_of(receiver, slice, 1.0, radius, screen);
+    // Depth along the ray at a way w is top / (top + w * slope): it ends where that is infinite, or leaves the radius.
+    let top = receiver.ray_length * sine;
+    let slope = side.along * cosine - side.towards_eye * sine;
+    let furthest = top * radius / max(side.along * receiver.ray_length - slope * radius, 1e-30);
+    let leaves = select(1e30, furthest, side.along * receiver.ray_length > slope * radius);
+    let reach = min(side.reach, select(leaves, min(leaves, -0.999 * top / slope), slope < 0.0));
+    let strides = strides_of(f32(STEPS), jitter, reach, screen.scale, SPACING);
+    let last = vec2i(textureDimensions(surfels)) - 1;
+    var way = strides.way;
+    for (var i = 0u; i < STEPS; i++) {
+        let texel = min(vec2i((receiver.pixel + way * side.step) / screen.scale), last);
+        let words = textureLoad(surfels, texel, 0);
+        let plane = plane_of(receiver, side, words, texel, screen, COARSE);
+        let place = place_on(plane, receiver, side, max(way, 0.25));
+        let back = place
+            + away(receiver, side, way) * (params.thickness * receiver.unit + params.thickness_slope * plane.depth);
+        // The ray passes between front and back: they stand on either side of it.
+        let front_side = place.x * sine - place.y * cosine;
+        let back_side = back.x * sine - back.y * cosine;
+        if front_side >= 0.0 && back_side <= 0.0 && plane.depth > SKY_DEPTH {
+            @if(light) { return vec4f(select(vec3f(0.0), surfel_radiance(words), plane.faces), 0.0); }
+            @if(!light) { return vec4f(0.0); }
+        }
+        way = way * strides.factor + strides.addend;
+    }
+    return vec4f(0.0, 0.0, 0.0, 1.0);
+}
+
+/// A direction around `normal`, its density proportional to the cosine.
+fn cosine_direction(normal: vec3f, random: vec2f) -> vec3f {
+    let helper = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.x) > 0.7);
+    let tangent = normalize(cross(helper, normal));
+    let radius = sqrt(random.x);
+    let angle = 2.0 * PI * random.y;
+    return radius * cos(angle) * tangent + radius * sin(angle) * cross(normal, tangent)
+        + sqrt(max(1.0 - random.x, 0.0)) * normal;
+}
+
+@compute @workgroup_size(8, 8)
+fn gather(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(surfels)) {
+        return;
+    }
+    let own = textureLoad(surfels, id.xy, 0);
+    if surfel_depth(own) <= SKY_DEPTH {
+        textureStore(gathered, id.xy, vec4f(0.0));
+        return;
+    }
+    let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
+    let receiver = receiver_of(own, id.xy, screen);
+    let random = spread2(id.xy, view.frame, RAY_STREAM, view.seed, false);
+    let jitter = random3(id.xy, view.frame, JITTER_STREAM, view.seed).x;
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < RAYS; i++) {
+        // The rays of a pixel are spread evenly over the hemisphere.
+        let place = fract(random + vec2f((f32(i) + 0.5) / f32(RAYS), GOLDEN * f32(i)));
+        let direction = cosine_direction(receiver.normal, place);
+        var found = march(receiver, direction, fract(jitter + GOLDEN * f32(i)), screen);
+        @if(ambient && light) {
+            let world = (view.view_to_world * vec4f(direction, 0.0)).xyz;
+            found += vec4f(found.w * environment[MAP + latlong(world, environment[0].xy)].rgb, 0.0);
+        }
+        sum += found / f32(RAYS);
+    }
+    @if(light) { textureStore(gathered, id.xy, sum); }
+    @if(!light) { textureStore(gathered, id.xy, vec4f(sum.w)); }
+}

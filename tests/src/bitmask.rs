@@ -1,0 +1,274 @@
+//! The gather of the visibility bitmask once more, in double precision on the CPU: with points, planes and angles of three
+//! dimensions where the shader works inside the slice, and with sectors as a list of truth values.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use glam::{DVec2, DVec3};
+
+use crate::oracle::{GBuffer, Pixel};
+
+/// Settings of the gather, as the technique has them.
+#[derive(Clone, Copy, Debug)]
+pub struct Gather {
+    /// Sectors of equal solid angle and strides as surfaces, or as printed.
+    pub radiometric: bool,
+    /// Scene units.
+    pub radius: f64,
+    /// Scene units.
+    pub thickness: f64,
+    /// Slices.
+    pub slices: u32,
+    /// Steps on each side.
+    pub steps: u32,
+    /// Exponential or constant strides.
+    pub exponential: bool,
+    /// Sectors of a slice.
+    pub sectors: u32,
+    /// Frame and seed of the random numbers.
+    pub frame: u32,
+    /// See `frame`.
+    pub seed: u32,
+}
+
+/// Light and openness of a receiver.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Found {
+    /// `indirect`.
+    pub light: DVec3,
+    /// Openness.
+    pub open: f64,
+}
+
+/// Slopes under which a surface counts as seen edge-on: `MIN_SLOPE` of common/slice.wgsl, for unnormalised directions.
+const MIN_SLOPE: f64 = -0.02;
+/// `NEAREST` of common/slice.wgsl, pixels.
+const NEAREST: f64 = 0.05;
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// `pcg3d` of common/math.wgsl.
+fn pcg3d(v: [u32; 3]) -> [u32; 3] {
+    let [mut x, mut y, mut z] = v.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+    let mix = |x: &mut u32, y: &mut u32, z: &mut u32| {
+        *x = x.wrapping_add(y.wrapping_mul(*z));
+        *y = y.wrapping_add(z.wrapping_mul(*x));
+        *z = z.wrapping_add(x.wrapping_mul(*y));
+    };
+    mix(&mut x, &mut y, &mut z);
+    (x, y, z) = (x ^ (x >> 16), y ^ (y >> 16), z ^ (z >> 16));
+    mix(&mut x, &mut y, &mut z);
+    [x, y, z]
+}
+
+/// `random3` of common/math.wgsl.
+fn random3(pixel: [u32; 2], frame: u32, stream: u32, seed: u32) -> [f32; 3] {
+    let words = pcg3d([pixel[0] | pixel[1] << 16, frame, stream ^ seed.wrapping_mul(0x9E37_79B9)]);
+    words.map(|word| (word >> 8) as f32 * 5.960_464_5e-8)
+}
+
+/// `spread2` of common/math.wgsl, for frames that are independent.
+fn spread2(pixel: [u32; 2], frame: u32, stream: u32, seed: u32) -> [f64; 2] {
+    let start = random3([0, 0], frame, stream, seed);
+    let [x, y] = pixel.map(|v| v as f32);
+    let lattice = [0.754_877_67f32 * x + 0.569_840_3 * y, 0.569_840_3f32 * x + 0.245_122_33 * y];
+    [0, 1].map(|i| f64::from((start[i] + lattice[i]).fract()))
+}
+
+impl Gather {
+    /// What the texel of this index receives; its image has texels of `scale` pixels.
+    pub fn gather(&self, image: &GBuffer, index: usize, scale: u32) -> Found {
+        let receiver = &image.pixels[index];
+        if receiver.depth <= 0.0 {
+            return Found::default();
+        }
+        let texel = [index as u32 % image.size[0], index as u32 / image.size[0]];
+        let random = spread2(texel, self.frame, 2048, self.seed);
+        let chance = f64::from(random3(texel, self.frame, 2049, self.seed)[0]);
+        let mut found = Found { light: DVec3::ZERO, open: 1.0 };
+        let to_eye = -receiver.position.normalize();
+        let across = DVec3::new(to_eye.z, 0.0, -to_eye.x).normalize();
+        let up = to_eye.cross(across);
+        for i in 0..self.slices {
+            let azimuth = PI / f64::from(self.slices) * (f64::from(i) + random[0]);
+            let tangent = azimuth.cos() * across + azimuth.sin() * up;
+            let x = receiver.normal.dot(to_eye).max(1e-4);
+            let y = receiver.normal.dot(tangent);
+            let slice = Slice { to_eye, tangent, length: x.hypot(y), angle: y.atan2(x) };
+            let rounding = if self.radiometric { (chance + GOLDEN * f64::from(i)).fract() } else { 0.5 };
+            let jitter = (random[1] + GOLDEN * f64::from(i)).fract();
+            let mut hidden = vec![false; self.sectors as usize];
+            let mut light = DVec3::ZERO;
+            for (sign, jitter) in [(1.0, jitter), (-1.0, (jitter + 0.5).fract())] {
+                light += self.side(image, receiver, &slice, sign, jitter, rounding, scale, &mut hidden);
+            }
+            let weight = if self.radiometric { slice.length * slice.whole() } else { 1.0 };
+            let share = weight / f64::from(self.slices * self.sectors);
+            found.open -= share * hidden.iter().filter(|hidden| **hidden).count() as f64;
+            found.light += share * light;
+        }
+        found
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "a twin of the shader's function")]
+    fn side(
+        &self,
+        image: &GBuffer,
+        receiver: &Pixel,
+        slice: &Slice,
+        sign: f64,
+        jitter: f64,
+        rounding: f64,
+        scale: u32,
+        hidden: &mut [bool],
+    ) -> DVec3 {
+        let display = image.display_size.map(f64::from);
+        let pixel_of = |p: DVec3| {
+            let [tx, ty] = image.tan_half_fov;
+            DVec2::new((p.x / -p.z / tx + 1.0) * 0.5 * display[0], (1.0 - p.y / -p.z / ty) * 0.5 * display[1])
+        };
+        let ray_of = |pixel: DVec2| {
+            let [tx, ty] = image.tan_half_fov;
+            DVec3::new((2.0 * pixel.x / display[0] - 1.0) * tx, (1.0 - 2.0 * pixel.y / display[1]) * ty, -1.0)
+        };
+        let own = pixel_of(receiver.position);
+        let tangent = sign * slice.tangent;
+        // A point a little way along the tangent shows where the slice runs on the screen.
+        let heading = pixel_of(receiver.position + tangent * receiver.depth * 1e-4) - own;
+        let step = heading.normalize();
+        let reach = self.reach(receiver, slice, own, step, display, &ray_of);
+        let strides = |part: f64| {
+            let first = f64::from(scale).min(reach);
+            if self.exponential { first * (reach.max(1e-3) / first.max(1e-3)).powf(part) } else { reach * part }
+        };
+        let mut light = DVec3::ZERO;
+        let (mut way_before, mut depth_before) = (0.0, receiver.depth);
+        for i in 0..self.steps {
+            let at = |offset: f64| (f64::from(i) + offset) / f64::from(self.steps);
+            let (begin, end) = (if i == 0 { 0.0 } else { strides(at(0.0)) }, strides(at(1.0)));
+            let way = strides(at(jitter));
+            let point = own + way * step;
+            let texel = [0, 1].map(|a| ((point[a] / f64::from(scale)) as u32).min(image.size[a] - 1));
+            let source = &image.pixels[(texel[1] * image.size[0] + texel[0]) as usize];
+            let before = (way_before, depth_before);
+            (way_before, depth_before) = (way, if source.depth > 0.0 { source.depth } else { f64::INFINITY });
+            if source.depth <= 0.0 {
+                continue;
+            }
+            let faces = source.normal.dot(source.position - receiver.position) < 0.0;
+            // The texel's plane, seen along the ray at a way; not followed to other depths than about its own.
+            let top = source.normal.dot(source.position).min(MIN_SLOPE * LENGTH * source.depth);
+            let on_plane = |way: f64| {
+                let ray = ray_of(own + way * step);
+                let depth = top / source.normal.dot(ray).min(MIN_SLOPE * LENGTH);
+                ray * depth.clamp(0.5 * source.depth, 2.0 * source.depth)
+            };
+            let back = ray_of(own + way * step).normalize() * self.thickness;
+            let (middle, fronts) = if self.radiometric {
+                // Behind what the sample before showed, the two meet on the way.
+                let behind = top / source.normal.dot(ray_of(own + before.0 * step)).min(MIN_SLOPE * LENGTH) > before.1;
+                let met = if behind { begin.min(before.0) } else { begin };
+                let first = (if faces { met } else { begin.max(0.5 * way) }).max(NEAREST);
+                let [near, far] = [on_plane(first), on_plane(end)];
+                (0.5 * (near + far), vec![near, far])
+            } else {
+                (on_plane(way), vec![on_plane(way)])
+            };
+            if (middle - receiver.position).length() > self.radius {
+                continue;
+            }
+            let angle = |p: &DVec3| slice.angle_of(sign, *p - receiver.position);
+            let order = |a: &DVec3, b: &DVec3| angle(a).total_cmp(&angle(b));
+            let nearest = fronts.iter().copied().min_by(order).unwrap_or_default();
+            let farthest = fronts.iter().copied().max_by(order).unwrap_or_default();
+            let ends = [nearest, farthest + back].map(|p| self.sector(slice, sign, p - receiver.position));
+            let first = (ends[0].min(ends[1]) + rounding).floor() as usize;
+            let last = (ends[0].max(ends[1]) + rounding).floor() as usize;
+            let mut fresh = 0;
+            for sector in &mut hidden[first.min(self.sectors as usize)..last.min(self.sectors as usize)] {
+                fresh += u32::from(!*sector);
+                *sector = true;
+            }
+            let weight = if self.radiometric {
+                f64::from(u8::from(faces))
+            } else {
+                let toward = source.position - receiver.position;
+                let cosines = receiver.normal.dot(toward).max(0.0) * -source.normal.dot(toward).min(0.0);
+                cosines / toward.length_squared().max(1e-30)
+            };
+            light += source.radiance * weight * f64::from(fresh);
+        }
+        light
+    }
+
+    /// Pixels to the edge of the screen, or to where no point within the radius is seen any more.
+    fn reach(
+        &self,
+        receiver: &Pixel,
+        slice: &Slice,
+        own: DVec2,
+        step: DVec2,
+        display: [f64; 2],
+        ray_of: &dyn Fn(DVec2) -> DVec3,
+    ) -> f64 {
+        let room = [0, 1].map(|a| {
+            let room = if step[a] > 0.0 { display[a] - own[a] } else { own[a] };
+            room / step[a].abs().max(1e-6)
+        });
+        let edge = room[0].min(room[1]);
+        let sine = self.radius / receiver.position.length();
+        if sine >= 1.0 {
+            return edge;
+        }
+        // The angle between the rays grows along the way: bisection.
+        let seen = |way: f64| ray_of(own + way * step).angle_between(-slice.to_eye) <= sine.asin();
+        if seen(edge) {
+            return edge;
+        }
+        let (mut low, mut high) = (0.0, edge);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if seen(middle) { low = middle } else { high = middle }
+        }
+        low
+    }
+
+    /// Place among the sectors of a direction.
+    fn sector(&self, slice: &Slice, sign: f64, direction: DVec3) -> f64 {
+        let h = slice.angle_of(sign, direction).min(sign * slice.angle + FRAC_PI_2);
+        let count = f64::from(self.sectors);
+        if !self.radiometric {
+            return (sign * h - slice.angle + FRAC_PI_2) / PI * count;
+        }
+        // The cosine-weighted solid angle from one end of the slice to this direction.
+        let from_end = slice.arc(sign * h) - slice.arc(slice.angle - FRAC_PI_2);
+        from_end / slice.whole() * count
+    }
+}
+
+/// Lengths of the shader's decoded normals vary between 0.57 and 1 of what its bound on slopes is for; planes seen that
+/// edge-on are bounded here as if it were 0.8.
+const LENGTH: f64 = 0.8;
+
+struct Slice {
+    to_eye: DVec3,
+    tangent: DVec3,
+    length: f64,
+    angle: f64,
+}
+
+impl Slice {
+    /// From the direction to the eye, 0..pi, on a side.
+    fn angle_of(&self, sign: f64, direction: DVec3) -> f64 {
+        (sign * direction.dot(self.tangent)).atan2(direction.dot(self.to_eye))
+    }
+
+    /// Signed integral of cos(t - angle) |sin t| from 0 to `t`.
+    fn arc(&self, t: f64) -> f64 {
+        let primitive = |t: f64| 0.25 * (-(2.0 * t - self.angle).cos() + 2.0 * t * self.angle.sin());
+        t.signum() * (primitive(t) - primitive(0.0))
+    }
+
+    /// Over the whole slice.
+    fn whole(&self) -> f64 {
+        self.angle.cos() + self.angle * self.angle.sin()
+    }
+}

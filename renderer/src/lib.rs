@@ -8,6 +8,7 @@ pub mod error;
 mod feedback;
 mod frame;
 mod gpu;
+mod light_views;
 mod motion;
 pub mod parameters;
 pub mod plan;

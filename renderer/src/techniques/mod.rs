@@ -1,15 +1,15 @@
 //! The techniques: each is one module here and one WGSL folder, and a line in [`TECHNIQUES`].
 
-use halflight_scenes::SceneNeeds;
 
 pub use crate::parameters::SettingsError;
 use crate::{
-    DirectLight,
+    DirectLight, SceneFacts, ShadowLayer,
     parameters::{Parameter, Settings},
     plan::{FramePlan, ResourceId},
 };
 
 pub mod bitmask;
+pub mod hybrid;
 pub mod exhaustive;
 pub mod gtao;
 pub mod hierarchical;
@@ -18,7 +18,7 @@ pub mod ray_march;
 
 /// What a technique reads, all at full resolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inputs {
+pub struct Inputs<'a> {
     /// Planar view depth, 0 where there is no surface.
     pub depth: ResourceId,
     /// View-space unit normal facing the eye.
@@ -33,6 +33,8 @@ pub struct Inputs {
     pub material: Option<ResourceId>,
     /// The scene itself; `None` where only textures are given.
     pub scene: Option<SceneInputs>,
+    /// What the scene's lights look at; empty in an unlit scene, or without one.
+    pub light_views: &'a [ShadowLayer],
 }
 
 /// Which moving object each pixel shows, and where it was.
@@ -57,17 +59,24 @@ pub struct SceneInputs {
     pub open_meshes: bool,
     /// Some mesh moves.
     pub moving: bool,
+    /// Some material has a texture.
+    pub textured: bool,
+    /// Length of the bounding box's diagonal, scene units.
+    pub diagonal: f32,
 }
 
 impl SceneInputs {
-    /// Those of a scene with these needs.
-    pub fn of(needs: &SceneNeeds) -> Self {
+    /// Those of a scene with these facts.
+    pub fn of(facts: &SceneFacts) -> Self {
+        let needs = &facts.needs;
         Self {
             alpha_tested: needs.alpha_tested,
             glossy: needs.glossy,
             solid_meshes: needs.watertight_meshes > 0,
             open_meshes: needs.open_meshes > 0,
             moving: needs.moving_objects > 0,
+            textured: needs.textured,
+            diagonal: facts.diagonal,
         }
     }
 }
@@ -106,7 +115,7 @@ pub struct Technique {
 /// Every technique.
 pub static TECHNIQUES: &[Technique] = &[
     hierarchical::TECHNIQUE,
-    bitmask::TECHNIQUE,
+    bitmask::TECHNIQUE, hybrid::TECHNIQUE,
     gtao::TECHNIQUE,
     horizon::TECHNIQUE,
     ray_march::TECHNIQUE,

@@ -45,6 +45,10 @@ pub struct SceneFacts {
     pub near: f32,
     /// Length of the diagonal of its bounding box, over all frames, scene units; 1 for an empty scene.
     pub diagonal: f32,
+    /// Lower and upper corner of that box, world space.
+    pub bounds: [[f32; 3]; 2],
+    /// Number of triangles.
+    pub triangles: u32,
 }
 
 impl SceneFacts {
@@ -54,11 +58,12 @@ impl SceneFacts {
         // Reversed depth is as precise near the eye as far away, so the near plane may be close; it
         // only has to stay clear of zero.
         let near = (diagonal * 1e-4).max(f32::MIN_POSITIVE * 1e10);
+        let bounds = scene.swept_bounds().map_or([[0.0; 3], [1.0; 3]], |(low, high)| [low.to_array(), high.to_array()]);
         let needs = SceneNeeds::of(scene);
         let flags = scene.materials.iter().map(|material| u32::from(material.receive_only));
         let receive_only = if needs.receive_only { flags.collect() } else { Vec::new() };
         let shadow_layers = shadow_layers(&scene.pose(0).lights, shadow_bounds(scene));
-        Self { needs, shadow_layers, receive_only, near, diagonal }
+        Self { needs, shadow_layers, receive_only, near, diagonal, bounds, triangles: scene.triangle_count() as u32 }
     }
 }
 

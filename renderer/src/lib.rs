@@ -16,6 +16,7 @@ pub mod preset;
 mod record;
 mod resolution;
 mod scene_buffers;
+mod scene_voxels;
 mod shadow;
 mod slices;
 pub mod techniques;

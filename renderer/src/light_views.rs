@@ -48,9 +48,8 @@ pub(crate) fn plan_virtual_lights(
     }
     let texels = size * size;
     let surfaces = texels * views.len() as u32;
-    let mut buffer = |name: &str, entries: u32, bytes: u64, reason: &str| {
-        plan.buffer(name, u64::from(entries) * bytes, reason)
-    };
+    let mut buffer =
+        |name: &str, entries: u32, bytes: u64, reason: &str| plan.buffer(name, u64::from(entries) * bytes, reason);
     let places = buffer("lit_places", surfaces, ENTRY, "where the lights' surfaces are");
     let lights = buffer("lit_radiance", surfaces, ENTRY, "what the lights' surfaces send on");
     let importances = buffer("importances", surfaces, 4, "what each of them would bring");
@@ -59,14 +58,15 @@ pub(crate) fn plan_virtual_lights(
         lights: buffer("virtual_lights", count, ENTRY, "what these send on"),
         count,
     };
-    let place = plan.texture("light_view_place", [size; 2], Format::Rgba32Float, "what a light sees, one after another");
+    let place =
+        plan.texture("light_view_place", [size; 2], Format::Rgba32Float, "what a light sees, one after another");
     let light = plan.texture("light_view_light", [size; 2], Format::Rgba32Uint, "what it sends there");
     let depth = plan.texture("light_view_depth", [size; 2], Gpu::DEPTH_FORMAT, "hidden surfaces");
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
     let materials = plan.scene_buffer("scene.materials", "the scene's materials");
     let scene_lights = plan.scene_buffer("scene.lights", "the scene's lights");
-    let texels_buffer = (scene.textured || scene.alpha_tested)
-        .then(|| plan.scene_buffer("scene.texels", "materials with textures"));
+    let texels_buffer =
+        (scene.textured || scene.alpha_tested).then(|| plan.scene_buffer("scene.texels", "materials with textures"));
     let objects = scene.moving.then(|| plan.scene_buffer("scene.objects", "objects move"));
     for (index, view) in views.iter().enumerate() {
         let features = [("alpha_tested", scene.alpha_tested), ("textured", scene.textured), ("moving", scene.moving)];

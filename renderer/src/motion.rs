@@ -61,7 +61,8 @@ impl<'a> SceneMotion<'a> {
         let Some(buffer) = &self.lights else { return };
         gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&lights(&pose.lights)));
         let layers = shadow_layers(&pose.lights, self.bounds);
-        let size_of = |name: &str| match recording.plan().resources.iter().find(|resource| resource.name == name)?.kind {
+        let size_of = |name: &str| match recording.plan().resources.iter().find(|resource| resource.name == name)?.kind
+        {
             ResourceKind::Texture { size, .. } => Some(size),
             _ => None,
         };

@@ -26,19 +26,19 @@ pub(crate) fn shadow_bounds(scene: &Scene) -> (Vec3, Vec3) {
 pub(crate) fn shadow_layers(lights: &[Light], (low, high): (Vec3, Vec3)) -> Vec<ShadowLayer> {
     let diagonal = (high - low).length().max(f32::MIN_POSITIVE);
     let looks_at = |light: &Light| match *light {
-            Light::Directional { direction, .. } => vec![directional(direction.into(), low, high, diagonal)],
-            Light::Spot { position, direction, half_angle_degrees, .. } if shadow_faces(light) == 1 => {
-                let axis = Vec3::from(direction).normalize_or(Vec3::NEG_Y);
-                vec![perspective(position.into(), axis, half_angle_degrees.to_radians().tan(), diagonal)]
-            }
-            Light::Spot { position, .. } | Light::Point { position, .. } => {
-                // The order of faces is that of `cube_face` in direct_light.wgsl. A little wider than a
-                // right angle, so that the filter finds depth beyond the seams.
-                [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z]
-                    .map(|axis| perspective(position.into(), axis, 1.01, diagonal))
-                    .to_vec()
-            }
-        };
+        Light::Directional { direction, .. } => vec![directional(direction.into(), low, high, diagonal)],
+        Light::Spot { position, direction, half_angle_degrees, .. } if shadow_faces(light) == 1 => {
+            let axis = Vec3::from(direction).normalize_or(Vec3::NEG_Y);
+            vec![perspective(position.into(), axis, half_angle_degrees.to_radians().tan(), diagonal)]
+        }
+        Light::Spot { position, .. } | Light::Point { position, .. } => {
+            // The order of faces is that of `cube_face` in direct_light.wgsl. A little wider than a
+            // right angle, so that the filter finds depth beyond the seams.
+            [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z]
+                .map(|axis| perspective(position.into(), axis, 1.01, diagonal))
+                .to_vec()
+        }
+    };
     let numbered = |(index, light): (usize, &Light)| {
         looks_at(light).into_iter().map(move |layer| ShadowLayer { light: index as u32, ..layer })
     };

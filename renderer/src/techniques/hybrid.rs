@@ -12,7 +12,8 @@ use crate::{
     parameters::{Settings, SettingsError},
     plan::{FramePlan, Part, ResourceId},
     resolution::{Storage, Upsampling, UpsamplingKernel, pyramid, to_display},
-    techniques::hierarchical::StartResolution,
+    scene_voxels::plan_scene_voxels,
+    techniques::hierarchical::{StartResolution, Switch},
     temporal::temporal_filter,
 };
 
@@ -46,6 +47,12 @@ parameters! {
         virtual_lights: u32 = 1024, in 1..=16384, unit "1", grid [256, 1024, 4096], role Plan;
         /// Width and height of each light's view.
         light_view_size: u32 = 256, in 8..=2048, unit "px", grid [128, 256, 512], role Plan;
+        /// Whether light from the lights' views is tested for what stands in between, in a grid of cubes over the whole scene.
+        visibility: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
+        /// Cubes along the longest side of the scene.
+        voxel_resolution: u32 = 256, in 8..=1024, unit "1", grid [128, 256, 512], role Plan;
+        /// Successive virtual lights that share one ray: the mean stays, the noise of visibility grows, its cost falls.
+        samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
         /// Storage of light at full resolution: float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
         /// Share a of the frames before in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.
@@ -99,8 +106,14 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
             ));
         }
     };
+    let voxels = match (&lights, inputs.scene) {
+        (Some(_), Some(scene)) if parameters.visibility == Switch::On => {
+            Some(plan_scene_voxels(plan, &scene, parameters.voxel_resolution))
+        }
+        _ => None,
+    };
     let gathered = plan.texture("gathered", level.size, Format::Rgba32Float, "light at the start resolution");
-    let features = [("near", near), ("far", lights.is_some())];
+    let features = [("near", near), ("far", lights.is_some()), ("visibility", voxels.is_some())];
     let stride = lights.as_ref().map_or(1, |lights| (lights.count / parameters.light_samples).max(1));
     let mut constants = parameters.constants();
     constants.push(("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0))));
@@ -115,6 +128,9 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         .bind("gathered", gathered);
     if let Some(lights) = &lights {
         pass = pass.bind("virtual_places", lights.places).bind("virtual_lights", lights.lights);
+    }
+    if let Some(voxels) = voxels {
+        pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
     }
     pass.because("nearby light from the screen, the rest from the lights' views").over(level.size);
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };

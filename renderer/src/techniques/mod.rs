@@ -1,6 +1,5 @@
 //! The techniques: each is one module here and one WGSL folder, and a line in [`TECHNIQUES`].
 
-
 pub use crate::parameters::SettingsError;
 use crate::{
     DirectLight, SceneFacts, ShadowLayer,
@@ -9,11 +8,11 @@ use crate::{
 };
 
 pub mod bitmask;
-pub mod hybrid;
 pub mod exhaustive;
 pub mod gtao;
 pub mod hierarchical;
 pub mod horizon;
+pub mod hybrid;
 pub mod ray_march;
 
 /// What a technique reads, all at full resolution.
@@ -63,6 +62,10 @@ pub struct SceneInputs {
     pub textured: bool,
     /// Length of the bounding box's diagonal, scene units.
     pub diagonal: f32,
+    /// Lower and upper corner of the bounding box over all frames, world space.
+    pub bounds: [[f32; 3]; 2],
+    /// Number of triangles.
+    pub triangles: u32,
 }
 
 impl SceneInputs {
@@ -77,6 +80,8 @@ impl SceneInputs {
             moving: needs.moving_objects > 0,
             textured: needs.textured,
             diagonal: facts.diagonal,
+            bounds: facts.bounds,
+            triangles: facts.triangles,
         }
     }
 }
@@ -115,7 +120,8 @@ pub struct Technique {
 /// Every technique.
 pub static TECHNIQUES: &[Technique] = &[
     hierarchical::TECHNIQUE,
-    bitmask::TECHNIQUE, hybrid::TECHNIQUE,
+    bitmask::TECHNIQUE,
+    hybrid::TECHNIQUE,
     gtao::TECHNIQUE,
     horizon::TECHNIQUE,
     ray_march::TECHNIQUE,

@@ -29,7 +29,8 @@ pub(crate) fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneInputs, resol
     // A cube more on each side keeps what lies on the border inside.
     let cubes = ((high - low) / width).ceil().as_uvec3() + 2;
     let size = [cubes.x.next_multiple_of(32), cubes.y, cubes.z];
-    let origin = low - width;
+    // No wall of the bounding box lies on a border between cubes, where rounding would choose one.
+    let origin = low - 0.63 * width;
     let words: [u32; 8] =
         [origin.x.to_bits(), origin.y.to_bits(), origin.z.to_bits(), width.to_bits(), size[0], size[1], size[2], 0];
     let grid = plan.data("scene_grid", bytemuck::cast_slice(&words).to_vec(), "where the cubes are");

@@ -79,7 +79,9 @@ const IMPORTANCE_LEVELS: u32 = 2;
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Hybrid::from_settings(settings)?;
     let near = parameters.sources != Sources::Lights;
-    let wants_far = parameters.sources != Sources::Screen;
+    // Without a scene its lights are asked for all the same, to be told that they are missing.
+    let lit = inputs.scene.is_none() || !inputs.light_views.is_empty();
+    let wants_far = parameters.sources != Sources::Screen && lit;
     let divisor = parameters.start_resolution.divisor();
     let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], divisor, if wants_far { IMPORTANCE_LEVELS } else { 0 });
     let (level, coarse) = (&levels[0], &levels[levels.len() - 1]);

@@ -43,6 +43,12 @@ pub struct SceneFacts {
     pub receive_only: Vec<u32>,
     /// Near plane for its cameras, scene units.
     pub near: f32,
+    /// Length of the diagonal of its bounding box, over all frames, scene units; 1 for an empty scene.
+    pub diagonal: f32,
+    /// Lower and upper corner of that box, world space.
+    pub bounds: [[f32; 3]; 2],
+    /// Number of triangles.
+    pub triangles: u32,
 }
 
 impl SceneFacts {
@@ -52,11 +58,12 @@ impl SceneFacts {
         // Reversed depth is as precise near the eye as far away, so the near plane may be close; it
         // only has to stay clear of zero.
         let near = (diagonal * 1e-4).max(f32::MIN_POSITIVE * 1e10);
+        let bounds = scene.swept_bounds().map_or([[0.0; 3], [1.0; 3]], |(low, high)| [low.to_array(), high.to_array()]);
         let needs = SceneNeeds::of(scene);
         let flags = scene.materials.iter().map(|material| u32::from(material.receive_only));
         let receive_only = if needs.receive_only { flags.collect() } else { Vec::new() };
         let shadow_layers = shadow_layers(&scene.pose(0).lights, shadow_bounds(scene));
-        Self { needs, shadow_layers, receive_only, near }
+        Self { needs, shadow_layers, receive_only, near, diagonal, bounds, triangles: scene.triangle_count() as u32 }
     }
 }
 
@@ -85,7 +92,8 @@ pub fn plan_frame(
         albedo: output("albedo"),
         motion,
         material: plan.outputs.get("material").copied(),
-        scene: Some(SceneInputs::of(&facts.needs)),
+        scene: Some(SceneInputs::of(facts)),
+        light_views: &facts.shadow_layers,
     };
     let source = plan_source(&mut plan, facts, &gbuffer, inputs.direct);
     plan_indirect_from(&mut plan, technique, settings, &Inputs { direct: source, ..inputs }, inputs.direct)?;
@@ -196,16 +204,17 @@ pub fn plan_technique_of_scene(
     settings: &Settings,
     size: [u32; 2],
 ) -> Result<FramePlan, SettingsError> {
-    plan_on_textures(Some(SceneInputs::of(&facts.needs)), technique, settings, size)
+    plan_on_textures(Some(facts), technique, settings, size)
 }
 
 fn plan_on_textures(
-    scene: Option<SceneInputs>,
+    facts: Option<&SceneFacts>,
     technique: &Technique,
     settings: &Settings,
     size: [u32; 2],
 ) -> Result<FramePlan, SettingsError> {
     let mut plan = FramePlan::new(size);
+    let scene = facts.map(SceneInputs::of);
     let mut given = |name| plan.external(name, "given by the caller");
     let inputs = Inputs {
         depth: given("depth"),
@@ -215,6 +224,7 @@ fn plan_on_textures(
         motion: None,
         material: None,
         scene,
+        light_views: facts.map_or(&[], |facts| &facts.shadow_layers),
     };
     let glossy = (technique.needs)(settings)?.glossy_material && scene.is_some_and(|scene| scene.glossy);
     let inputs = Inputs { material: glossy.then(|| plan.external("material", "given by the caller")), ..inputs };

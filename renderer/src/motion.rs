@@ -61,13 +61,22 @@ impl<'a> SceneMotion<'a> {
         let Some(buffer) = &self.lights else { return };
         gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&lights(&pose.lights)));
         let layers = shadow_layers(&pose.lights, self.bounds);
+        let size_of = |name: &str| match recording.plan().resources.iter().find(|resource| resource.name == name)?.kind
+        {
+            ResourceKind::Texture { size, .. } => Some(size),
+            _ => None,
+        };
         for (index, layer) in layers.iter().enumerate() {
             let values = [("world_to_clip", layer.world_to_clip.into())];
             recording.write_params(gpu, &format!("shadow_{index}"), &values);
+            if let Some([size, _]) = size_of("light_view_place") {
+                let width = layer.width / size as f32;
+                let values = [values[0].clone(), ("texel_width", width.into())];
+                recording.write_params(gpu, &format!("light_view_{index}"), &values);
+            }
         }
-        let maps = recording.plan().resources.iter().find(|resource| resource.name == "shadow_maps");
-        if let Some(ResourceKind::Texture { size: [map_size, _], .. }) = maps.map(|resource| &resource.kind) {
-            recording.write_data(gpu, "shadow_layers", &shadow_entries(&layers, *map_size));
+        if let Some([map_size, _]) = size_of("shadow_maps") {
+            recording.write_data(gpu, "shadow_layers", &shadow_entries(&layers, map_size));
         }
     }
 }

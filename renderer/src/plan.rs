@@ -171,6 +171,8 @@ pub struct Pass {
     pub cleared: Vec<ResourceId>,
     /// What runs.
     pub work: Work,
+    /// Whether what it writes stays the same in every frame, so that it runs in the first one alone.
+    pub once: bool,
     /// Part of the frame.
     pub part: Part,
     /// Why the plan has it.
@@ -308,6 +310,7 @@ impl FramePlan {
                 bindings: Vec::new(),
                 params: Vec::new(),
                 cleared: Vec::new(),
+                once: false,
                 work: Work::Dispatch { entry: "", size: [0, 0] },
                 part,
                 reason: String::new(),
@@ -363,6 +366,13 @@ impl PassBuilder<'_> {
     /// Sets a buffer to zero before the pass.
     pub fn clear(mut self, buffer: ResourceId) -> Self {
         self.pass.cleared.push(buffer);
+        self
+    }
+
+    /// Runs the pass in the first frame alone: nothing that it reads ever changes. Its time is that of this frame, and
+    /// medians over frames leave it out.
+    pub fn once(mut self, once: bool) -> Self {
+        self.pass.once = once;
         self
     }
 

@@ -57,6 +57,8 @@ struct Memory {
     turn: usize,
     /// Frames since anything changed.
     still_frames: u32,
+    /// Whether passes that run once have run.
+    prepared: bool,
 }
 
 enum ReadyPass {
@@ -138,7 +140,7 @@ impl Recording {
             let adopted = adopt_histories(&plan, &mut textures, old);
             // Every history went on, or none did: with one missing, the frame before is not what passes expect.
             if adopted {
-                memory = Memory { still_frames: 0, ..*old.memory() };
+                memory = Memory { still_frames: 0, prepared: false, ..*old.memory() };
             }
         }
         let data: Vec<_> = plan
@@ -299,8 +301,9 @@ impl Recording {
     /// Adds one frame to an encoder. Nothing is allocated.
     pub fn record(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, view: &View) {
         let turn = self.begin_frame(gpu, view);
+        let prepared = std::mem::replace(&mut self.memory().prepared, true);
         for index in 0..self.passes.len() {
-            self.record_pass(encoder, index, turn, self.timer.as_ref());
+            self.record_pass(encoder, index, turn, self.timer.as_ref(), prepared);
         }
         if let Some(timer) = &self.timer {
             encoder.resolve_query_set(&timer.queries, 0..2 * self.passes.len() as u32, &timer.resolved, 0);
@@ -312,10 +315,11 @@ impl Recording {
     /// device's timestamps cannot be trusted.
     pub fn record_apart(&self, gpu: &Gpu, view: &View) -> Vec<wgpu::CommandBuffer> {
         let turn = self.begin_frame(gpu, view);
+        let prepared = std::mem::replace(&mut self.memory().prepared, true);
         (0..self.passes.len())
             .map(|index| {
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                self.record_pass(&mut encoder, index, turn, None);
+                self.record_pass(&mut encoder, index, turn, None, prepared);
                 encoder.finish()
             })
             .collect()
@@ -326,7 +330,7 @@ impl Recording {
     pub fn record_repeated(&self, encoder: &mut wgpu::CommandEncoder, pass: usize, times: u32) {
         let turn = self.memory().turn;
         for _ in 0..times {
-            self.record_pass(encoder, pass, turn, None);
+            self.record_pass(encoder, pass, turn, None, false);
         }
     }
 
@@ -348,10 +352,19 @@ impl Recording {
         memory.turn
     }
 
-    fn record_pass(&self, encoder: &mut wgpu::CommandEncoder, index: usize, turn: usize, timer: Option<&Timer>) {
+    fn record_pass(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        index: usize,
+        turn: usize,
+        timer: Option<&Timer>,
+        prepared: bool,
+    ) {
+        // What runs once leaves an empty pass, for its timestamps.
+        let idle = prepared && self.plan.passes[index].once;
         let label = Some(self.plan.passes[index].name.as_str());
         let query = 2 * index as u32;
-        for buffer in self.plan.passes[index].cleared.iter().filter_map(|&id| self.buffer(id)) {
+        for buffer in self.plan.passes[index].cleared.iter().filter_map(|&id| self.buffer(id)).filter(|_| !idle) {
             encoder.clear_buffer(buffer, 0, None);
         }
         match &self.passes[index] {
@@ -364,6 +377,9 @@ impl Recording {
                         end_of_pass_write_index: Some(query + 1),
                     }),
                 });
+                if idle {
+                    return;
+                }
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, &groups[turn], &[]);
                 pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);

@@ -154,6 +154,7 @@ impl SceneBuffers {
     pub(crate) fn by_name(&self, name: &str) -> Option<&wgpu::Buffer> {
         match name.strip_prefix("scene.")? {
             "vertices" => Some(&self.vertices),
+            "indices" => Some(&self.indices),
             "materials" => Some(&self.materials),
             "texels" => Some(&self.texels),
             "lights" => Some(&self.lights),

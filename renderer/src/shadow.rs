@@ -13,6 +13,8 @@ pub struct ShadowLayer {
     /// Width that the whole map covers: scene units for a directional light, otherwise for each unit
     /// of distance.
     pub width: f32,
+    /// Index of the light.
+    pub light: u32,
 }
 
 /// A box around all that may cast a shadow, at every frame: its corners.
@@ -23,23 +25,24 @@ pub(crate) fn shadow_bounds(scene: &Scene) -> (Vec3, Vec3) {
 /// The layers of these lights, in their order, around a scene with these bounds.
 pub(crate) fn shadow_layers(lights: &[Light], (low, high): (Vec3, Vec3)) -> Vec<ShadowLayer> {
     let diagonal = (high - low).length().max(f32::MIN_POSITIVE);
-    lights
-        .iter()
-        .flat_map(|light| match *light {
-            Light::Directional { direction, .. } => vec![directional(direction.into(), low, high, diagonal)],
-            Light::Spot { position, direction, half_angle_degrees, .. } if shadow_faces(light) == 1 => {
-                let axis = Vec3::from(direction).normalize_or(Vec3::NEG_Y);
-                vec![perspective(position.into(), axis, half_angle_degrees.to_radians().tan(), diagonal)]
-            }
-            Light::Spot { position, .. } | Light::Point { position, .. } => {
-                // The order of faces is that of `cube_face` in direct_light.wgsl. A little wider than a
-                // right angle, so that the filter finds depth beyond the seams.
-                [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z]
-                    .map(|axis| perspective(position.into(), axis, 1.01, diagonal))
-                    .to_vec()
-            }
-        })
-        .collect()
+    let looks_at = |light: &Light| match *light {
+        Light::Directional { direction, .. } => vec![directional(direction.into(), low, high, diagonal)],
+        Light::Spot { position, direction, half_angle_degrees, .. } if shadow_faces(light) == 1 => {
+            let axis = Vec3::from(direction).normalize_or(Vec3::NEG_Y);
+            vec![perspective(position.into(), axis, half_angle_degrees.to_radians().tan(), diagonal)]
+        }
+        Light::Spot { position, .. } | Light::Point { position, .. } => {
+            // The order of faces is that of `cube_face` in direct_light.wgsl. A little wider than a
+            // right angle, so that the filter finds depth beyond the seams.
+            [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z]
+                .map(|axis| perspective(position.into(), axis, 1.01, diagonal))
+                .to_vec()
+        }
+    };
+    let numbered = |(index, light): (usize, &Light)| {
+        looks_at(light).into_iter().map(move |layer| ShadowLayer { light: index as u32, ..layer })
+    };
+    lights.iter().enumerate().flat_map(numbered).collect()
 }
 
 /// An orthographic map around the whole scene.
@@ -62,7 +65,7 @@ fn directional(direction: Vec3, low: Vec3, high: Vec3, diagonal: f32) -> ShadowL
         [0.0, 0.0, 1.0 / (front - back), 0.0],
         [-centre.x / half, -centre.y / half, -back / (front - back), 1.0],
     ]);
-    ShadowLayer { world_to_clip: clip * view, width: 2.0 * half }
+    ShadowLayer { world_to_clip: clip * view, width: 2.0 * half, light: 0 }
 }
 
 /// A square perspective map along an axis.
@@ -75,5 +78,5 @@ fn perspective(position: Vec3, axis: Vec3, tangent: f32, diagonal: f32) -> Shado
         [0.0, 0.0, 0.0, -1.0],
         [0.0, 0.0, near, 0.0],
     ]);
-    ShadowLayer { world_to_clip: clip * view, width: 2.0 * tangent }
+    ShadowLayer { world_to_clip: clip * view, width: 2.0 * tangent, light: 0 }
 }

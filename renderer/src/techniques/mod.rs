@@ -1,10 +1,8 @@
 //! The techniques: each is one module here and one WGSL folder, and a line in [`TECHNIQUES`].
 
-use halflight_scenes::SceneNeeds;
-
 pub use crate::parameters::SettingsError;
 use crate::{
-    DirectLight,
+    DirectLight, SceneFacts, ShadowLayer,
     parameters::{Parameter, Settings},
     plan::{FramePlan, ResourceId},
 };
@@ -14,11 +12,12 @@ pub mod exhaustive;
 pub mod gtao;
 pub mod hierarchical;
 pub mod horizon;
+pub mod hybrid;
 pub mod ray_march;
 
 /// What a technique reads, all at full resolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inputs {
+pub struct Inputs<'a> {
     /// Planar view depth, 0 where there is no surface.
     pub depth: ResourceId,
     /// View-space unit normal facing the eye.
@@ -33,6 +32,8 @@ pub struct Inputs {
     pub material: Option<ResourceId>,
     /// The scene itself; `None` where only textures are given.
     pub scene: Option<SceneInputs>,
+    /// What the scene's lights look at; empty in an unlit scene, or without one.
+    pub light_views: &'a [ShadowLayer],
 }
 
 /// Which moving object each pixel shows, and where it was.
@@ -59,11 +60,20 @@ pub struct SceneInputs {
     pub moving: bool,
     /// Light arrives from outside the geometry.
     pub environment: bool,
+    /// Some material has a texture.
+    pub textured: bool,
+    /// Length of the bounding box's diagonal, scene units.
+    pub diagonal: f32,
+    /// Lower and upper corner of the bounding box over all frames, world space.
+    pub bounds: [[f32; 3]; 2],
+    /// Number of triangles.
+    pub triangles: u32,
 }
 
 impl SceneInputs {
-    /// Those of a scene with these needs.
-    pub fn of(needs: &SceneNeeds) -> Self {
+    /// Those of a scene with these facts.
+    pub fn of(facts: &SceneFacts) -> Self {
+        let needs = &facts.needs;
         Self {
             alpha_tested: needs.alpha_tested,
             glossy: needs.glossy,
@@ -71,6 +81,10 @@ impl SceneInputs {
             open_meshes: needs.open_meshes > 0,
             moving: needs.moving_objects > 0,
             environment: needs.environment,
+            textured: needs.textured,
+            diagonal: facts.diagonal,
+            bounds: facts.bounds,
+            triangles: facts.triangles,
         }
     }
 }
@@ -110,6 +124,7 @@ pub struct Technique {
 pub static TECHNIQUES: &[Technique] = &[
     hierarchical::TECHNIQUE,
     bitmask::TECHNIQUE,
+    hybrid::TECHNIQUE,
     gtao::TECHNIQUE,
     horizon::TECHNIQUE,
     ray_march::TECHNIQUE,

@@ -1,0 +1,184 @@
+// variants: near, far, visibility
+// Hybrid diffuse light (Lambru et al., section 3.1): with `near`, from what the camera sees within a radius (SSDO);
+// with `far`, from what the lights see beyond it (RSM). The two domains share no pair of points, so they add up.
+import package::common::form_factor::MIN_COS_BETA;
+import package::common::math::{PI, spread2};
+import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};
+import package::common::view::{View, SKY_DEPTH};
+import package::light_views::light_surface::{LightSurface, unpack_light};
+import package::light_views::transfer::transfer;
+@if(far && visibility) import package::scene_voxels::grid::{Grid, word_index, grid_position};
+@if(far && visibility) import package::scene_voxels::march::{CLEAR, Walk, begin_walk, way_out, next_cube};
+
+struct Params {
+    // Width of a texel in full-resolution pixels.
+    scale: f32,
+    // Border between near and far, scene units.
+    radius: f32,
+    // Virtual lights in the list, and the share of them that one receiver looks at: 1 / stride.
+    virtual_lights: u32,
+    stride: u32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var surfels: texture_2d<u32>;
+@group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(far) @group(0) @binding(4) var<storage, read> virtual_places: array<vec4f>;
+@if(far) @group(0) @binding(5) var<storage, read> virtual_lights: array<vec4u>;
+
+@if(far && visibility) @group(0) @binding(6) var<storage, read> grid: Grid;
+@if(far && visibility) @group(0) @binding(7) var<storage, read> cubes: array<u32>;
+
+// Successive lights of which one is picked, by what it would bring, and tested for visibility.
+@if(far && visibility) override SAMPLES_PER_RAY: u32 = 8u;
+// Samples of the near part.
+@if(near) override NEAR_SAMPLES: u32 = 32u;
+// Whether a filter averages successive frames, which then share out the directions between them.
+override OVER_FRAMES: bool = false;
+
+// Streams of random numbers.
+@if(near) const NEAR_STREAM: u32 = 3072u;
+@if(far) const FAR_STREAM: u32 = 3073u;
+
+// cos and sin of the golden angle (Vogel 1979).
+@if(near) const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
+
+/// From surfaces that the camera sees within the radius. Samples cover, evenly, the disc that a sphere of the radius
+/// around the receiver fills on the screen at most.
+@if(near)
+fn light_from_near(position: vec3f, normal: vec3f, depth: f32, id: vec2u) -> vec3f {
+    let size = vec2f(textureDimensions(surfels));
+    let pixel = 2.0 * view.tan_half_fov / view.display_size;
+    let texel = pixel.y * params.scale;
+    // Towards the eye the sphere looks larger than at its centre.
+    let nearest = max(depth - params.radius, 0.25 * depth);
+    let reach = min(params.radius / (nearest * texel), length(size));
+    let random = spread2(id, view.frame, NEAR_STREAM, view.seed, OVER_FRAMES);
+    let angle = 2.0 * PI * random.y;
+    var direction = vec2f(cos(angle), sin(angle));
+    let centre = vec2f(id) + 0.5;
+    // Screen area of a sample, full-resolution pixels, times the area of a pixel at depth 1.
+    let area = PI * reach * reach * params.scale * params.scale / f32(NEAR_SAMPLES) * pixel.x * pixel.y;
+    // The disc of one texel bounds the form factor; a sample stands for several.
+    let disc = pixel.x * pixel.y * params.scale * params.scale;
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < NEAR_SAMPLES; i++) {
+        let point = centre + reach * sqrt((f32(i) + random.x) / f32(NEAR_SAMPLES)) * direction;
+        direction = vec2f(
+            direction.x * TURN.x - direction.y * TURN.y,
+            direction.x * TURN.y + direction.y * TURN.x,
+        );
+        let words = textureLoad(surfels, vec2i(floor(point)), 0);
+        let on_screen = all(point >= vec2f(0.0)) && all(point * params.scale < view.display_size);
+        let d = surfel_depth(words);
+        let at = surfel_position(words, vec2u(max(point, vec2f(0.0))), params.scale, view.display_size, view.tan_half_fov);
+        let n = surfel_normal(words);
+        let ray = at / max(d, 1e-30);
+        // Equation 2 of Soler et al. 2009.
+        let surface = LightSurface(at, disc * d * d / max(-dot(n, ray), MIN_COS_BETA), n, vec3f(0.0));
+        let inside = on_screen && d > SKY_DEPTH && distance(at, position) < params.radius;
+        sum += select(vec3f(0.0), surfel_radiance(words) * transfer(position, normal, surface), inside);
+    }
+    return sum * (area / disc);
+}
+
+/// Whether nothing in the grid stands between two surfaces; places and normals in view space.
+@if(far && visibility)
+fn sees(position: vec3f, normal: vec3f, source: vec3f, source_normal: vec3f) -> bool {
+    let start = (view.view_to_world * vec4f(position + normal * (CLEAR * grid.width), 1.0)).xyz;
+    let goal = (view.view_to_world * vec4f(source + source_normal * (CLEAR * grid.width), 1.0)).xyz;
+    var walk = begin_walk(grid_position(grid, start), grid_position(grid, goal));
+    var blocked = false;
+    // A segment crosses at most as many borders as there are cubes along the three axes.
+    let most = grid.size.x + grid.size.y + grid.size.z;
+    for (var i = 0u; i < most && !blocked; i++) {
+        let inside = all(walk.cube >= vec3i(0)) && all(walk.cube < vec3i(grid.size));
+        if inside {
+            let cube = vec3u(walk.cube);
+            blocked = ((cubes[word_index(grid, cube)] >> (cube.x & 31u)) & 1u) != 0u;
+        }
+        if way_out(walk) >= 1.0 {
+            break;
+        }
+        walk = next_cube(walk);
+    }
+    return !blocked;
+}
+
+/// What a virtual light of the list would bring if nothing stood in between.
+@if(far)
+fn light_from(i: u32, position: vec3f, normal: vec3f) -> vec3f {
+    let words = virtual_lights[i];
+    let surface = unpack_light(virtual_places[i], words);
+    var factor = transfer(position, normal, surface) * bitcast<f32>(words.w);
+    @if(near) {
+        factor = select(factor, 0.0, distance(surface.position, position) < params.radius);
+    }
+    return surface.radiance * factor;
+}
+
+/// From what the lights see beyond the radius: every `stride`-th light of the list, from a place that differs between
+/// neighbours.
+@if(far)
+fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
+    let random = spread2(id, view.frame, FAR_STREAM, view.seed, OVER_FRAMES).x;
+    var sum = vec3f(0.0);
+    let first = u32(random * f32(params.stride));
+    @if(!visibility) {
+        for (var i = first; i < params.virtual_lights; i += params.stride) {
+            sum += light_from(i, position, normal);
+        }
+    }
+    @if(visibility) {
+        var choice = spread2(id, view.frame, FAR_STREAM, view.seed, OVER_FRAMES).y;
+        for (var start = first; start < params.virtual_lights; start += params.stride * SAMPLES_PER_RAY) {
+            // One light of these few stands for them where it is seen (resampled importance sampling, Talbot et al. 2005).
+            var strength_of_all = 0.0;
+            var picked = start;
+            for (var j = 0u; j < SAMPLES_PER_RAY; j++) {
+                let i = start + j * params.stride;
+                if i < params.virtual_lights {
+                    let light = light_from(i, position, normal);
+                    let strength = max(light.x, max(light.y, light.z));
+                    strength_of_all += strength;
+                    // One number serves all choices: what is left of it after each one is as random as before.
+                    let threshold = choice * strength_of_all;
+                    let pick = threshold < strength;
+                    let left = select(threshold - strength, threshold, pick);
+                    let share = select(strength_of_all - strength, strength, pick);
+                    choice = select(choice, min(left / max(share, 1e-36), 0.99999994), strength > 0.0);
+                    picked = select(picked, i, pick);
+                }
+            }
+            if strength_of_all > 0.0 {
+                let place = virtual_places[picked];
+                let words = virtual_lights[picked];
+                let surface = unpack_light(place, words);
+                if sees(position, normal, surface.position, surface.normal) {
+                    let light = surface.radiance;
+                    sum += light * (strength_of_all / max(light.x, max(light.y, light.z)));
+                }
+            }
+            choice = fract(choice + 0.6180339887498949);
+        }
+    }
+    return sum * f32(params.stride);
+}
+
+@compute @workgroup_size(8, 8)
+fn gather(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(surfels)) {
+        return;
+    }
+    let own = textureLoad(surfels, id.xy, 0);
+    let depth = surfel_depth(own);
+    var sum = vec3f(0.0);
+    if depth > SKY_DEPTH {
+        let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
+        let normal = surfel_normal(own);
+        @if(near) { sum += light_from_near(position, normal, depth, id.xy); }
+        @if(far) { sum += light_from_far(position, normal, id.xy); }
+    }
+    textureStore(gathered, id.xy, vec4f(sum, 1.0));
+}

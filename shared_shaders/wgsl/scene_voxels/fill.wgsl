@@ -1,0 +1,79 @@
+// variants: alpha_tested, moving
+// Sets the cubes that the scene's surfaces cross: every triangle is covered with points less than a cube apart.
+import package::common::scene::Vertex;
+@if(alpha_tested) import package::common::scene::{Material, NO_TEXTURE};
+@if(moving) import package::common::scene::Object;
+@if(alpha_tested) import package::common::texture_pool::{texture_footprint, filter_footprint};
+import package::scene_voxels::grid::{Grid, word_index, grid_position};
+
+@group(0) @binding(0) var<storage, read> grid: Grid;
+@group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
+@group(0) @binding(2) var<storage, read> indices: array<u32>;
+@group(0) @binding(3) var<storage, read_write> cubes: array<atomic<u32>>;
+@if(alpha_tested) @group(0) @binding(4) var<storage, read> materials: array<Material>;
+@if(alpha_tested) @group(0) @binding(5) var<storage, read> texels: array<u32>;
+@if(moving) @group(0) @binding(6) var<storage, read> objects: array<Object>;
+
+// Points for each cube's width along a side of a triangle: a plane that cuts less than this off a cube is let go.
+const POINTS_A_CUBE: f32 = 1.5;
+// Invocations that share a triangle: row i of its points is that of invocation i modulo ROWS. Small triangles have one
+// or two rows, walls and floors hundreds.
+const ROWS: u32 = 8u;
+// No side of a triangle inside the grid is longer than this many points.
+const MOST_POINTS: f32 = 8192.0;
+
+fn corner(index: u32) -> vec3f {
+    var world = vec4f(vertices[index].position, 1.0);
+    @if(moving) {
+        world = objects[vertices[index].object].to_world * world;
+    }
+    return grid_position(grid, world.xyz);
+}
+
+@if(alpha_tested)
+fn is_hole(start: u32, uv: vec2f) -> bool {
+    if start == NO_TEXTURE {
+        return false;
+    }
+    let footprint = texture_footprint(start, vec2u(texels[start], texels[start + 1u]), uv);
+    let i = footprint.indices;
+    return filter_footprint(vec4u(texels[i.x], texels[i.y], texels[i.z], texels[i.w]), footprint.weights).a < 0.5;
+}
+
+@compute @workgroup_size(256)
+fn fill(@builtin(global_invocation_id) id: vec3u) {
+    let first = id.x * 3u;
+    if first + 2u >= arrayLength(&indices) {
+        return;
+    }
+    let at = vec3u(indices[first], indices[first + 1u], indices[first + 2u]);
+    let a = corner(at.x);
+    let ab = corner(at.y) - a;
+    let ac = corner(at.z) - a;
+    let sides = vec2f(length(ab), length(ac)) * POINTS_A_CUBE;
+    // Also false for what is not a number.
+    if !(max(sides.x, sides.y) < MOST_POINTS) {
+        return;
+    }
+    let rows = u32(ceil(sides.x)) + 1u;
+    @if(alpha_tested) let hole_texture = materials[vertices[at.x].material].alpha_texture;
+    @if(alpha_tested) let uv = vertices[at.x].uv;
+    @if(alpha_tested) let uv_ab = vertices[at.y].uv - uv;
+    @if(alpha_tested) let uv_ac = vertices[at.z].uv - uv;
+    for (var i = id.y; i <= rows; i += ROWS) {
+        let b = f32(i) / f32(rows);
+        // The row ends on the third side.
+        let points = u32(ceil((1.0 - b) * sides.y)) + 1u;
+        for (var j = 0u; j <= points; j++) {
+            let c = (1.0 - b) * f32(j) / f32(points);
+            @if(alpha_tested) {
+                if is_hole(hole_texture, uv + b * uv_ab + c * uv_ac) {
+                    continue;
+                }
+            }
+            let cube = clamp(vec3i(floor(a + b * ab + c * ac)), vec3i(0), vec3i(grid.size) - 1);
+            let bit = 1u << (u32(cube.x) & 31u);
+            atomicOr(&cubes[word_index(grid, vec3u(cube))], bit);
+        }
+    }
+}

@@ -131,7 +131,7 @@ fn extremes_of_gloss_are_finite() {
             material.phong_exponent = exponent;
         });
         let session = Session::new(device(), &scene);
-        for importance in ["on", "off"] {
+        for importance in ["lobe", "2010", "off"] {
             for more in [[("visibility", "surface"), ("bounces", "2")], [("start_resolution", "full"), ("levels", "1")]]
             {
                 let settings = [&[("glossy", "on"), ("glossy_importance", importance)][..], &more].concat();

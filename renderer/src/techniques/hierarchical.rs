@@ -161,6 +161,18 @@ choice! {
     }
 }
 
+choice! {
+    /// Where samples of glossy light are drawn.
+    pub enum GlossyImportance {
+        /// As many everywhere.
+        Off = "off",
+        /// More in the screen directions of the mirror lobe, by alpha + exp(-s t^2 / (2 pi)) (2010).
+        Paper = "2010",
+        /// Where the mirror lobe's light comes from: in its directions, up to its vanishing point and the screen's edge.
+        Lobe = "lobe",
+    }
+}
+
 impl StartResolution {
     /// Width of a texel of level 0 in pixels of the display.
     pub fn divisor(self) -> u32 {
@@ -213,8 +225,9 @@ parameters! {
         samples_per_ray: u32 = 16, in 1..=64, unit "1", grid [1, 4, 16], role Override("SAMPLES_PER_RAY");
         /// Light that glossy materials (Ks, Ns) send on towards the eye; its sources stay diffuse and lit directly.
         glossy: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Plan;
-        /// Whether more samples are drawn where a glossy surface's mirror lobe is; off, as many everywhere.
-        glossy_importance: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override("IMPORTANCE");
+        /// Where samples of glossy light are drawn: off, as many everywhere; 2010, more in the mirror lobe's screen directions, as published; lobe, where its light comes from.
+        glossy_importance: GlossyImportance = GlossyImportance::Lobe, unit "",
+        grid [GlossyImportance::Off, GlossyImportance::Paper, GlossyImportance::Lobe], role Override("IMPORTANCE");
     }
 }
 

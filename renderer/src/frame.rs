@@ -9,7 +9,7 @@ use crate::{
     plan::{FramePlan, Part, ResourceId},
     shadow::{ShadowLayer, shadow_bounds, shadow_layers},
     techniques::{
-        Inputs, MotionInputs, SceneInputs, Technique,
+        Inputs, MotionInputs, ReceiveOnlyInputs, SceneInputs, Technique,
         hierarchical::{Hierarchical, Switch},
     },
 };
@@ -78,8 +78,9 @@ pub fn plan_frame(
 ) -> Result<FramePlan, SettingsError> {
     let follows = facts.needs.moving_objects > 0 && follows_objects(facts, technique, settings, size)?;
     let (mut plan, gbuffer) = plan_scene_for(facts, settings, size, direct, follows)?;
-    let output = |name| plan.outputs[name];
     let motion = gbuffer.object.zip(gbuffer.objects).map(|(object, objects)| MotionInputs { object, objects });
+    let receive_only = plan_receive_only(&mut plan, facts, &gbuffer);
+    let output = |name| plan.outputs[name];
     let inputs = Inputs {
         depth: output("depth"),
         normal: output("normal"),
@@ -87,9 +88,10 @@ pub fn plan_frame(
         albedo: output("albedo"),
         motion,
         material: plan.outputs.get("material").copied(),
+        receive_only,
         scene: Some(SceneInputs::of(&facts.needs)),
     };
-    let source = plan_source(&mut plan, facts, &gbuffer, inputs.direct);
+    let source = plan_source(&mut plan, &inputs);
     plan_indirect_from(&mut plan, technique, settings, &Inputs { direct: source, ..inputs }, inputs.direct)?;
     Ok(plan)
 }
@@ -104,15 +106,21 @@ fn follows_objects(
     Ok(plan_technique_of_scene(facts, technique, settings, size)?.has_history())
 }
 
-/// The source of indirect light: direct light, without that of surfaces which only receive.
-fn plan_source(plan: &mut FramePlan, facts: &SceneFacts, gbuffer: &GBuffer, direct: ResourceId) -> ResourceId {
-    let Some(material) = gbuffer.material.filter(|_| !facts.receive_only.is_empty()) else { return direct };
-    let size = plan.display_size;
+/// Marks the surfaces that only receive light, where the scene has any.
+fn plan_receive_only(plan: &mut FramePlan, facts: &SceneFacts, gbuffer: &GBuffer) -> Option<ReceiveOnlyInputs> {
+    let material = gbuffer.material.filter(|_| !facts.receive_only.is_empty())?;
     let flags = bytemuck::cast_slice(&facts.receive_only).to_vec();
     let flags = plan.data("receive_only", flags, "materials that receive light and send none");
+    Some(ReceiveOnlyInputs { material, flags })
+}
+
+/// The source of indirect light: direct light, without that of surfaces which only receive.
+fn plan_source(plan: &mut FramePlan, inputs: &Inputs) -> ResourceId {
+    let Some(ReceiveOnlyInputs { material, flags }) = inputs.receive_only else { return inputs.direct };
+    let size = plan.display_size;
     let source = plan.texture("source", size, Format::Rgba32Float, "direct light of surfaces that send it on");
     plan.pass(Part::Technique, "source", "source/source")
-        .bind("direct", direct)
+        .bind("direct", inputs.direct)
         .bind("material", material)
         .bind("receive_only", flags)
         .bind("source", source)
@@ -167,7 +175,10 @@ fn plan_scene_for(
 }
 
 /// Whether these settings ask for glossy light in a scene that has glossy materials.
-fn shows_gloss(settings: &Settings, glossy_scene: bool) -> Result<bool, SettingsError> {
+///
+/// # Errors
+/// A setting that its declaration does not allow.
+pub fn shows_gloss(settings: &Settings, glossy_scene: bool) -> Result<bool, SettingsError> {
     Ok(glossy_scene && Hierarchical::from_settings(settings)?.glossy == Switch::On)
 }
 
@@ -210,6 +221,7 @@ fn plan_on_textures(
         albedo: given("albedo"),
         motion: None,
         material: None,
+        receive_only: None,
         scene,
     };
     let glossy = shows_gloss(settings, scene.is_some_and(|scene| scene.glossy))?;

@@ -523,15 +523,16 @@ fn what_only_receives_sends_nothing() {
     // What a black block sends; what it receives does not depend on its colour.
     let mut black = scene.clone();
     black.materials[2..].iter_mut().for_each(|material| material.albedo = [0.0; 3]);
-    for technique in ["hierarchical", "exhaustive"] {
+    for (technique, settings) in [("hierarchical", &[][..]), ("hierarchical", &[("bounces", "3")]), ("exhaustive", &[])]
+    {
         let image = |scene: &Scene, output: &str| {
             let session = Session::new(device(), scene);
-            halflight_tests::render(&session, &request(technique, &[], [32, 18]), output)
+            halflight_tests::render(&session, &request(technique, settings, [32, 18]), output)
         };
         assert!(image(&silent, "indirect") == image(&black, "indirect"), "{technique}");
         // As a grid measures it, the scene's own passes apart.
         let session = Session::new(device(), &silent);
-        let request = request(technique, &[], [32, 18]);
+        let request = request(technique, settings, [32, 18]);
         let mut own = session.scene_frames(&request.settings, request.size).unwrap();
         own.run(0).unwrap();
         let mut apart = session.technique_frames(&request, &own).unwrap();

@@ -27,6 +27,8 @@ pub struct Inputs {
     pub motion: Option<MotionInputs>,
     /// Index of each pixel's material, where the plan has glossy light.
     pub material: Option<ResourceId>,
+    /// Surfaces that receive light and send none, where the scene has any; `direct` is already without theirs.
+    pub receive_only: Option<ReceiveOnlyInputs>,
     /// The scene itself; `None` where only textures are given.
     pub scene: Option<SceneInputs>,
 }
@@ -38,6 +40,15 @@ pub struct MotionInputs {
     pub object: ResourceId,
     /// `array<Object>` of common/scene.wgsl.
     pub objects: ResourceId,
+}
+
+/// Which pixels receive light and send none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReceiveOnlyInputs {
+    /// Index of each pixel's material.
+    pub material: ResourceId,
+    /// One word a material: 1 where it only receives.
+    pub flags: ResourceId,
 }
 
 /// Facts that decide how a technique reads the scene's buffers.

@@ -7,7 +7,7 @@ use super::gather::{Gather, Light};
 use crate::{
     frame::variant,
     plan::{FramePlan, Part, ResourceId},
-    techniques::Inputs,
+    techniques::{Inputs, ReceiveOnlyInputs},
 };
 
 /// Plans the bounces after the first and returns the sum of all, at the resolution of level 0; `first` is the light of
@@ -20,15 +20,20 @@ pub(super) fn plan_bounces(plan: &mut FramePlan, inputs: &Inputs, gather: &Gathe
     let start = &gather.levels[0];
     let albedo =
         plan.texture("albedo_of_surfels", start.size, Format::Rgba16Float, "reflects one bounce into the next");
-    plan.pass(Part::Technique, "albedo_of_surfels", "hierarchical/albedo")
+    let shader = variant("hierarchical/albedo", &[("receive_only", inputs.receive_only.is_some())]);
+    let mut pass = plan
+        .pass(Part::Technique, "albedo_of_surfels", shader)
         .param("scale", start.scale as f32)
         .bind("surfels", start.surfels)
         .bind("depth", inputs.depth)
         .bind("normal", inputs.normal)
         .bind("albedo", inputs.albedo)
         .bind("surfel_albedo", albedo)
-        .because("several bounces")
-        .over(start.size);
+        .because("several bounces");
+    if let Some(ReceiveOnlyInputs { material, flags }) = inputs.receive_only {
+        pass = pass.bind("material", material).bind("receive_only", flags);
+    }
+    pass.over(start.size);
     let (mut light, mut total) = (first, first);
     for bounce in 2..=bounces {
         let surfels = relight(plan, gather, albedo, light, bounce);

@@ -24,7 +24,7 @@ mod view;
 
 pub use frame::{
     DirectLight, DirectSource, SceneFacts, plan_frame, plan_indirect, plan_scene, plan_technique,
-    plan_technique_of_scene,
+    plan_technique_of_scene, shows_gloss,
 };
 pub use gpu::Gpu;
 pub use motion::SceneMotion;

@@ -8,7 +8,8 @@
 //! Surfaces are two-sided Lambert reflectors with interpolated shading normals, turned towards the incoming ray; parts
 //! of cut-outs with an alpha under 0.5 are absent; delta lights are sampled by next-event estimation, all of them at
 //! each vertex; emission counts wherever a path meets it, on both sides. Paths whose weight is under 0.1 are ended at
-//! random and their survivors weighted up (Russian roulette: unbiased). The environment is black.
+//! random and their survivors weighted up (Russian roulette: unbiased). The environment is black. Materials that are `receive_only` show what they receive and
+//! send nothing to other surfaces. Mirror lobes (Ks, Ns) count in `glossy` alone, at the surface that the eye sees.
 
 mod bvh;
 mod request;

@@ -31,6 +31,15 @@ fn gloss_costs_nothing_where_no_material_has_any_or_the_switch_is_off() {
     let combines = ["combine_2_glossy", "combine_1_glossy", "combine_0_glossy", "upsample_glossy"];
     assert_eq!(added, [&gathers[..], &combines].concat());
     assert_eq!(on.find("composite").unwrap().shader, "composite/composite+float16+glossy");
+    // A filter over frames has a history of its own for it.
+    let filtered = |glossy| {
+        let values = settings("hierarchical", &[("glossy", glossy), ("temporal_a", "0.9")]);
+        plan_frame(&SceneFacts::of(&polished), known("hierarchical"), &values, [64, 36], Default::default()).unwrap()
+    };
+    let (without, with) = (filtered("off"), filtered("on"));
+    let names = with.passes.iter().map(|pass| pass.name.as_str());
+    let added: Vec<_> = names.filter(|name| without.find(name).is_none() && on.find(name).is_none()).collect();
+    assert_eq!(added, ["temporal_glossy"]);
     // On textures alone there are no materials: nothing glossy is planned.
     let alone =
         plan_technique(known("hierarchical"), &settings("hierarchical", &[("glossy", "on")]), [64, 36]).unwrap();

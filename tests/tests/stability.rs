@@ -132,7 +132,8 @@ fn extremes_of_gloss_are_finite() {
         });
         let session = Session::new(device(), &scene);
         for importance in ["lobe", "2010", "off"] {
-            for more in [[("visibility", "surface"), ("bounces", "2")], [("start_resolution", "full"), ("levels", "1")]]
+            for more in
+                [[("visibility", "surface"), ("bounces", "2")], [("start_resolution", "full"), ("temporal_a", "0.9")]]
             {
                 let settings = [&[("glossy", "on"), ("glossy_importance", importance)][..], &more].concat();
                 for size in [[33, 17], [1, 1], [97, 1]] {

@@ -16,7 +16,7 @@ use crate::{
     parameters,
     parameters::{Settings, SettingsError},
     plan::{FramePlan, Part, ResourceId},
-    temporal::temporal_filter,
+    temporal::{temporal_filter, temporal_filter_of_gloss},
 };
 
 choice! {
@@ -207,7 +207,7 @@ parameters! {
         grid [UpsamplingKernel::Spline], role Override("KERNEL");
         /// Storage of the indirect and final image: float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
-        /// Share a of the frames before in the filtered light: F = a F_before + (1 - a) I; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.
+        /// Share a of the frames before in the filtered light: F = a F_before + (1 - a) I; 0 is off. Half of an old image is gone after ln 2 / -ln a frames; of glossy light sooner, the narrower its lobe.
         temporal_a: f32 = 0.0, in 0.0..=0.999, unit "1", grid [0.0, 0.9], role Plan;
         /// Gather one level only and leave the others black.
         only_level: OnlyLevel = OnlyLevel::All, unit "", grid [OnlyLevel::All], role Plan;
@@ -296,6 +296,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         let gather = Gather { material: Some(material), ..gather };
         if let Some(light) = gather.light(plan, Light::Glossy, &surfels) {
             let glossy = to_display(plan, inputs, &parameters, &levels[0], light, "glossy");
+            let glossy = temporal_filter_of_gloss(plan, inputs, glossy, parameters.temporal_a, material);
             plan.outputs.insert("glossy", glossy);
         }
     }

@@ -394,8 +394,8 @@ fn technique_plans() -> Vec<FramePlan> {
 
 fn every_plan() -> Vec<FramePlan> {
     let scenes = needs();
-    let plans = |extra: (&'static str, &'static str)| {
-        let plan = move |scene| plan(scene, "hierarchical", &[extra], SIZE);
+    let plans = |extra: &'static [(&'static str, &'static str)]| {
+        let plan = move |scene| plan(scene, "hierarchical", extra, SIZE);
         scenes.iter().map(plan)
     };
     let mut polished = scenes::court();
@@ -407,9 +407,10 @@ fn every_plan() -> Vec<FramePlan> {
         })
     });
     let glossy: Vec<_> = glossy.collect();
-    plans(("temporal_a", "0"))
-        .chain(plans(("temporal_a", "0.9")))
-        .chain(plans(("visibility", "auto")))
+    plans(&[("temporal_a", "0")])
+        .chain(plans(&[("temporal_a", "0.9")]))
+        .chain(plans(&[("visibility", "auto")]))
+        .chain(plans(&[("bounces", "2"), ("bounce_interleaving", "on")]))
         .chain(technique_plans())
         .chain(glossy)
         .collect()

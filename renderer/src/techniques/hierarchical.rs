@@ -213,12 +213,14 @@ parameters! {
         only_level: OnlyLevel = OnlyLevel::All, unit "", grid [OnlyLevel::All], role Plan;
         /// Bounces of indirect light; each one more gathers what the one before it sent.
         bounces: u32 = 1, in 0..=8, unit "1", grid [1, 2], role Plan;
+        /// Whether two bounces take turns from frame to frame, at the price of one; takes effect where bounces is 2.
+        bounce_interleaving: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Plan;
         /// What stands between a surface and its source: off, light passes; solid, surface or auto, a voxel grid of every mesh as solid, as surfaces, or as each mesh is.
         visibility: Visibility = Visibility::Off, unit "", grid [Visibility::Off, Visibility::Auto], role Plan;
         /// Voxels of a coarser level: and, as published, loses thin occluders; or lets them grow.
         visibility_downsampling: VisibilityDownsampling = VisibilityDownsampling::Or, unit "",
         grid [VisibilityDownsampling::And, VisibilityDownsampling::Or], role Override("ANY_CHILD");
-        /// Bounces that are tested for visibility: all, or the first alone.
+        /// Bounces that are tested for visibility: all, or the first alone; interleaved bounces are tested both.
         visibility_bounces: VisibilityBounces = VisibilityBounces::All, unit "",
         grid [VisibilityBounces::All, VisibilityBounces::First], role Plan;
         /// Successive samples that share one ray through the voxels: the mean stays, the noise of visibility grows, its cost falls; 1 as published.
@@ -290,8 +292,13 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let voxels = visibility::plan_voxels(plan, inputs, &parameters, &levels)?;
     let gather = Gather { parameters: &parameters, levels: &levels, only, voxels: voxels.as_ref(), material: None };
     let surfels: Vec<_> = levels.iter().map(|level| level.surfels).collect();
-    let Some(light) = gather.light(plan, Light::Bounce(1), &surfels) else { return Ok(None) };
-    let light = bounces::plan_bounces(plan, inputs, &gather, light);
+    let light = if parameters.bounces == 2 && parameters.bounce_interleaving == Switch::On {
+        bounces::plan_interleaved(plan, inputs, &gather)
+    } else {
+        let first = gather.light(plan, Light::Bounce(1), &surfels);
+        first.map(|first| bounces::plan_bounces(plan, inputs, &gather, first))
+    };
+    let Some(light) = light else { return Ok(None) };
     if let Some(material) = inputs.material.filter(|_| parameters.glossy == Switch::On) {
         let gather = Gather { material: Some(material), ..gather };
         if let Some(light) = gather.light(plan, Light::Glossy, &surfels) {

@@ -1,6 +1,6 @@
 //! The plan of a whole frame of a scene: G-buffer, direct light, a technique, the final image.
 
-use halflight_scenes::{Scene, SceneNeeds};
+use halflight_scenes::{Camera, Scene, SceneNeeds};
 use wgpu::TextureFormat as Format;
 
 use crate::{
@@ -44,6 +44,8 @@ pub struct SceneFacts {
     pub shadow_layers: Vec<ShadowLayer>,
     /// One word a material: 1 where it receives indirect light and sends none. Empty where none does.
     pub receive_only: Vec<u32>,
+    /// Cameras that see light which the display's does not.
+    pub extra_cameras: Vec<Camera>,
     /// Near plane for its cameras, scene units.
     pub near: f32,
 }
@@ -59,7 +61,8 @@ impl SceneFacts {
         let flags = scene.materials.iter().map(|material| u32::from(material.receive_only));
         let receive_only = if needs.receive_only { flags.collect() } else { Vec::new() };
         let shadow_layers = shadow_layers(&scene.pose(0).lights, shadow_bounds(scene));
-        Self { needs, shadow_layers, receive_only, near }
+        let extra_cameras = scene.extra_cameras.clone();
+        Self { needs, shadow_layers, receive_only, extra_cameras, near }
     }
 }
 
@@ -77,7 +80,14 @@ pub fn plan_frame(
     direct: DirectSource,
 ) -> Result<FramePlan, SettingsError> {
     let follows = facts.needs.moving_objects > 0 && follows_objects(facts, technique, settings, size)?;
-    let (mut plan, gbuffer) = plan_scene_for(facts, settings, size, direct, follows)?;
+    let (mut plan, ScenePart { gbuffer, scene, shadow }) = plan_scene_for(facts, settings, size, direct, follows)?;
+    if extra_views(facts, technique, settings)? {
+        let shadow = match (shadow, direct) {
+            (None, DirectSource::Given) => plan_shadows(&mut plan, facts, &scene, settings)?,
+            (shadow, _) => shadow,
+        };
+        plan_extra_views(&mut plan, facts, &scene, shadow);
+    }
     let motion = gbuffer.object.zip(gbuffer.objects).map(|(object, objects)| MotionInputs { object, objects });
     let receive_only = plan_receive_only(&mut plan, facts, &gbuffer);
     let output = |name| plan.outputs[name];
@@ -142,6 +152,46 @@ pub fn plan_scene(
     Ok(plan_scene_for(facts, settings, size, direct, false)?.0)
 }
 
+/// What the first part of a frame leaves for further views.
+struct ScenePart {
+    gbuffer: GBuffer,
+    scene: SceneResources,
+    shadow: Option<Shadows>,
+}
+
+/// Whether a technique with these settings gathers in the scene's extra cameras, too.
+///
+/// # Errors
+/// A setting that its declaration does not allow.
+pub fn extra_views(facts: &SceneFacts, technique: &Technique, settings: &Settings) -> Result<bool, SettingsError> {
+    let wanted = technique.name == Hierarchical::TECHNIQUE && !facts.extra_cameras.is_empty();
+    let parameters = Hierarchical::from_settings(settings)?;
+    Ok(wanted && parameters.extra_cameras == Switch::On && parameters.bounces > 0)
+}
+
+/// G-buffer and direct light of each extra camera.
+fn plan_extra_views(plan: &mut FramePlan, facts: &SceneFacts, scene: &SceneResources, shadow: Option<Shadows>) {
+    for (index, &camera) in facts.extra_cameras.iter().enumerate() {
+        let view = plan.add_view(format!("camera_{}", index + 1), camera);
+        let inputs = plan.from_view(view, |plan| {
+            let gbuffer = plan_gbuffer(plan, &facts.needs, scene, DirectSource::Rendered, false, false);
+            let direct = plan_direct(plan, facts, scene, &gbuffer, shadow);
+            let inputs = Inputs {
+                depth: gbuffer.depth,
+                normal: gbuffer.normal,
+                direct,
+                albedo: gbuffer.albedo,
+                motion: None,
+                material: None,
+                receive_only: plan_receive_only(plan, facts, &gbuffer),
+                scene: Some(SceneInputs::of(&facts.needs)),
+            };
+            Inputs { direct: plan_source(plan, &inputs), ..inputs }
+        });
+        plan.views[view].inputs = Some(inputs);
+    }
+}
+
 /// As [`plan_scene`], with a channel for the moving object that each pixel shows where a technique `follows` them.
 fn plan_scene_for(
     facts: &SceneFacts,
@@ -149,7 +199,7 @@ fn plan_scene_for(
     size: [u32; 2],
     direct: DirectSource,
     follows: bool,
-) -> Result<(FramePlan, GBuffer), SettingsError> {
+) -> Result<(FramePlan, ScenePart), SettingsError> {
     let mut plan = FramePlan::new(size);
     let scene = SceneResources {
         vertices: plan.external("scene.vertices", "the scene's geometry"),
@@ -160,18 +210,18 @@ fn plan_scene_for(
     };
     let glossy = shows_gloss(settings, facts.needs.glossy)?;
     let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct, follows, glossy);
-    let direct = match direct {
-        DirectSource::Given => plan.external("direct", "direct light given by the caller"),
+    let (direct, shadow) = match direct {
+        DirectSource::Given => (plan.external("direct", "direct light given by the caller"), None),
         DirectSource::Rendered => {
-            let parameters = DirectLight::from_settings(settings)?;
-            plan_direct(&mut plan, facts, &scene, &gbuffer, &parameters)
+            let shadow = plan_shadows(&mut plan, facts, &scene, settings)?;
+            (plan_direct(&mut plan, facts, &scene, &gbuffer, shadow), shadow)
         }
     };
     let outputs =
         [("depth", gbuffer.depth), ("normal", gbuffer.normal), ("albedo", gbuffer.albedo), ("direct", direct)];
     plan.outputs.extend(outputs);
     plan.outputs.extend(gbuffer.material.filter(|_| glossy).map(|material| ("material", material)));
-    Ok((plan, gbuffer))
+    Ok((plan, ScenePart { gbuffer, scene, shadow }))
 }
 
 /// Whether these settings ask for glossy light in a scene that has glossy materials.
@@ -370,18 +420,16 @@ fn plan_direct(
     facts: &SceneFacts,
     scene: &SceneResources,
     gbuffer: &GBuffer,
-    parameters: &DirectLight,
+    shadow: Option<Shadows>,
 ) -> ResourceId {
     let size = plan.display_size;
-    let layers = &facts.shadow_layers;
-    let lit = !layers.is_empty();
-    let shadow = lit.then(|| plan_shadows(plan, facts, scene, parameters.shadow_map_size));
+    let lit = shadow.is_some();
     let direct = plan.texture("direct", size, Format::Rgba32Float, "the source of indirect light");
     let needs = &facts.needs;
     let emitters = gbuffer.material.filter(|_| needs.emitters);
     let shader = variant("direct/direct_light", &[("lit", lit), ("emitters", emitters.is_some())]);
     let lights = needs.directional_lights + needs.spot_lights + needs.point_lights;
-    let lights_buffer = lit.then(|| plan.external("scene.lights", "the scene's lights"));
+    let lights_buffer = lit.then(|| plan.scene_buffer("scene.lights", "the scene's lights"));
     let mut pass = plan
         .pass(Part::Direct, "direct", shader)
         .constants(&[("LIGHTS", lights as f64)])
@@ -389,7 +437,7 @@ fn plan_direct(
         .bind("normal", gbuffer.normal)
         .bind("direct", direct)
         .because(format!("{}{}", counted(lights, "light"), if needs.emitters { " and emitters" } else { "" }));
-    if let (Some((maps, entries)), Some(buffer)) = (shadow, lights_buffer) {
+    if let (Some(Shadows { maps, entries }), Some(buffer)) = (shadow, lights_buffer) {
         pass = pass
             .bind("albedo", gbuffer.albedo)
             .bind("lights", buffer)
@@ -403,13 +451,24 @@ fn plan_direct(
     direct
 }
 
+/// Shadow maps of all lights, and what each of them looks at.
+#[derive(Clone, Copy)]
+struct Shadows {
+    maps: ResourceId,
+    entries: ResourceId,
+}
+
 fn plan_shadows(
     plan: &mut FramePlan,
     facts: &SceneFacts,
     scene: &SceneResources,
-    map_size: u32,
-) -> (ResourceId, ResourceId) {
+    settings: &Settings,
+) -> Result<Option<Shadows>, SettingsError> {
+    let map_size = DirectLight::from_settings(settings)?.shadow_map_size;
     let layers = &facts.shadow_layers;
+    if layers.is_empty() {
+        return Ok(None);
+    }
     let count = layers.len() as u32;
     let maps = plan.texture_array(
         "shadow_maps",
@@ -440,7 +499,7 @@ fn plan_shadows(
         }
         pass.draw(Vec::new(), (maps, index as u32));
     }
-    (maps, entries)
+    Ok(Some(Shadows { maps, entries }))
 }
 
 /// Twin of `ShadowLayer` in direct_light.wgsl: a matrix, then the width of a texel.

@@ -151,6 +151,29 @@ fn extremes_of_gloss_are_finite() {
 }
 
 #[test]
+fn extremes_of_extra_cameras_are_finite() {
+    let mut scene = scenes::court();
+    let here = scene.camera;
+    // In the same place, beside, on a surface, looking away, and nowhere in particular.
+    scene.extra_cameras = vec![
+        here,
+        scenes::camera([-1.9, 1.2, -1.0], [1.0, 0.2, -1.2], 170.0),
+        scenes::camera([0.0; 3], [0.0, 1.0, 0.0], 60.0),
+        scenes::camera([0.0, 1.4, 4.0], [0.0, 10.0, 20.0], 1.0),
+        scenes::camera([0.0; 3], [0.0; 3], 60.0),
+    ];
+    let session = Session::new(device(), &scene);
+    for settings in [
+        &[("visibility", "surface"), ("bounces", "2"), ("bounce_interleaving", "on")][..],
+        &[("temporal_a", "0.9"), ("storage", "float32")],
+    ] {
+        for size in [[33, 17], [1, 1], [31, 2]] {
+            scan(&session, "hierarchical", settings, size);
+        }
+    }
+}
+
+#[test]
 fn extremes_of_light_are_clamped() {
     for radiance in [0.0, 1e-30, 1e6, 1e30, f32::MAX] {
         let mut scene = scenes::court();

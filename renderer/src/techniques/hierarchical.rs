@@ -4,6 +4,7 @@
 
 mod bounces;
 mod gather;
+mod views;
 mod visibility;
 
 use wgpu::TextureFormat as Format;
@@ -209,6 +210,8 @@ parameters! {
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
         /// Share a of the frames before in the filtered light: F = a F_before + (1 - a) I; 0 is off. Half of an old image is gone after ln 2 / -ln a frames; of glossy light sooner, the narrower its lobe.
         temporal_a: f32 = 0.0, in 0.0..=0.999, unit "1", grid [0.0, 0.9], role Plan;
+        /// Whether light that the scene's extra cameras see is kept where it is more than the display's camera finds.
+        extra_cameras: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
         /// Gather one level only and leave the others black.
         only_level: OnlyLevel = OnlyLevel::All, unit "", grid [OnlyLevel::All], role Plan;
         /// Bounces of indirect light; each one more gathers what the one before it sent.
@@ -241,6 +244,7 @@ pub const TECHNIQUE: Technique = Technique {
     complete: |settings| Ok(Hierarchical::from_settings(settings)?.to_settings()),
     plan: |plan, inputs, settings| {
         let light = self::plan(plan, inputs, settings)?;
+        let light = views::keep_the_most(plan, inputs, light, |plan, inputs| self::plan(plan, inputs, settings))?;
         Ok(temporal_filter(plan, inputs, light, Hierarchical::from_settings(settings)?.temporal_a))
     },
 };

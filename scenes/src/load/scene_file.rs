@@ -14,7 +14,7 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
         .map_err(|_| SceneError(format!("{}: is not UTF-8 text; save it as UTF-8", path.display())))?;
     let source = Source { path, text };
     let table = source.parse()?;
-    let file = Table::file(source, &table, &["name", "model", "camera", "light", "environment"])?;
+    let file = Table::file(source, &table, &["name", "model", "camera", "extra_camera", "light", "environment"])?;
     if file.has("environment") {
         return Err(file.error("environment", "is not supported in this version; remove it"));
     }
@@ -26,6 +26,9 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
     let camera = camera_table.as_ref().map(camera).transpose()?;
     if let Some(table) = &camera_table {
         reader.scene.moves.camera = moves::camera(table)?;
+    }
+    for table in file.tables("extra_camera", &["eye", "target", "up", "vertical_fov_degrees"])? {
+        reader.scene.extra_cameras.push(self::camera(&table)?);
     }
     for (index, table) in file.tables("light", &LIGHT_KEYS)?.into_iter().enumerate() {
         let light = light(table)?;
@@ -142,7 +145,7 @@ fn apply(transform: &Table, meshes: &mut [Mesh]) -> Result<(), SceneError> {
 
 fn camera(table: &Table) -> Result<Camera, SceneError> {
     let eye = table.required("eye", table.vector("eye", "finite numbers", |_| true)?, "eye = [0.0, 1.0, 5.0]")?;
-    let target = table.vector("target", "finite numbers, another point than `camera.eye`", |target| target != eye)?;
+    let target = table.vector("target", "finite numbers, another point than `eye`", |target| target != eye)?;
     Ok(Camera {
         eye,
         target: table.required("target", target, "target = [0.0, 1.0, 0.0]")?,

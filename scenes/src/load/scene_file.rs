@@ -145,7 +145,7 @@ fn apply(transform: &Table, meshes: &mut [Mesh]) -> Result<(), SceneError> {
 
 fn camera(table: &Table) -> Result<Camera, SceneError> {
     let eye = table.required("eye", table.vector("eye", "finite numbers", |_| true)?, "eye = [0.0, 1.0, 5.0]")?;
-    let target = table.vector("target", "finite numbers, another point than `eye`", |target| target != eye)?;
+    let target = table.vector("target", "finite numbers, another point than `camera.eye`", |target| target != eye)?;
     Ok(Camera {
         eye,
         target: table.required("target", target, "target = [0.0, 1.0, 0.0]")?,

@@ -17,7 +17,7 @@ use halflight_renderer::{
     techniques::parameters_of,
     truth::{Request as TruthRequest, Stop, Truth},
 };
-use halflight_scenes::Scene;
+use halflight_scenes::{Scene, SceneNeeds};
 use serde_json::{Map, Value};
 use wgpu::TextureFormat;
 
@@ -207,8 +207,9 @@ impl<'a> Runner<'a> {
     fn key(&self, cell: &Cell) -> String {
         let Grid { frames, seed, direct_from_truth, truth_samples, truth_rel_error, preset, temporal, .. } = self.grid;
         let [w, h] = self.size;
+        let glossy = if self.wants_gloss() { ",glossy" } else { "" };
         format!(
-            "{} {w}x{h} {} {} frames={frames} seed={seed} direct={direct_from_truth} truth={truth_samples},{truth_rel_error} \
+            "{} {w}x{h} {} {} frames={frames} seed={seed} direct={direct_from_truth} truth={truth_samples},{truth_rel_error}{glossy} \
              temporal={temporal} preset={preset} adapter={} commit={COMMIT}",
             self.path.display(),
             cell.technique.name,
@@ -217,10 +218,22 @@ impl<'a> Runner<'a> {
         )
     }
 
+    /// Whether the truth shows glossy light: where any cell does, so that all cells are held against one image.
+    fn wants_gloss(&self) -> bool {
+        let glossy = SceneNeeds::of(self.scene).glossy;
+        glossy
+            && self
+                .grid
+                .cells
+                .iter()
+                .any(|cell| (cell.technique.needs)(&cell.settings).is_ok_and(|needs| needs.glossy_material))
+    }
+
     fn prepare(&mut self) -> Result<&mut Prepared<'a>, Error> {
         if self.prepared.is_none() {
             let mut request = TruthRequest::new(self.scene.camera, self.size);
             (request.bounce1, request.bounces, request.seed) = (true, 1, self.grid.seed);
+            request.glossy = self.wants_gloss();
             let stop = Stop {
                 samples_per_pixel: self.grid.truth_samples,
                 rel_error: Some(self.grid.truth_rel_error),

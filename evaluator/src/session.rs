@@ -8,7 +8,7 @@ use halflight_native::{
     images::{Image, Rgb},
 };
 use halflight_renderer::{
-    Continuity, DirectSource, Externals, Gpu, Recording, SceneBuffers, SceneFacts, SceneMotion, View,
+    Continuity, DirectSource, Externals, Gpu, Recording, SceneBuffers, SceneFacts, SceneMotion, View, extra_views,
     parameters::{Settings, SettingsError},
     plan::{FramePlan, ResourceKind},
     plan_frame, plan_scene, plan_technique_of_scene,
@@ -106,12 +106,14 @@ impl<'a> Session<'a> {
     }
 
     /// The technique alone, ready to run on what [`Session::scene_frames`] left; a whole frame where surfaces only
-    /// receive light, because then the source of indirect light is not the direct light that shows.
+    /// receive light, because then the source of indirect light is not the direct light that shows, and where extra
+    /// cameras bring G-buffers of their own.
     ///
     /// # Errors
     /// As [`Session::frames`].
     pub fn technique_frames(&self, request: &Request, scene: &Frames) -> Result<Frames<'a>, Error> {
-        if self.facts.needs.receive_only {
+        let extra = extra_views(&self.facts, request.technique, &request.settings);
+        if self.facts.needs.receive_only || extra.map_err(|e| Error::BadInput(e.to_string()))? {
             return self.frames(request);
         }
         let plan = plan_technique_of_scene(&self.facts, request.technique, &request.settings, request.size);

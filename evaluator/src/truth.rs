@@ -42,12 +42,16 @@ pub fn trace(native: &NativeGpu, scene: &Scene, request: &Request, stop: Stop) -
     Ok(traced)
 }
 
-/// `direct + albedo * indirect` of the truth, for its bounces.
+/// `direct + albedo * indirect + glossy` of the truth, for its bounces.
 pub fn final_radiance(truth: &Truth) -> Vec<Rgb> {
     let zero = vec![[0.0; 3]; truth.direct.len()];
     let indirect = truth.indirect.as_ref().map_or(&zero, |estimate| &estimate.mean);
-    let lit = truth.direct.iter().zip(&truth.albedo).zip(indirect);
-    lit.map(|((direct, albedo), indirect)| std::array::from_fn(|c| direct[c] + albedo[c] * indirect[c])).collect()
+    let glossy = truth.glossy.as_ref().map_or(&zero, |estimate| &estimate.mean);
+    let lit = truth.direct.iter().zip(&truth.albedo).zip(indirect.iter().zip(glossy));
+    lit.map(|((direct, albedo), (indirect, glossy))| {
+        std::array::from_fn(|c| direct[c] + albedo[c] * indirect[c] + glossy[c])
+    })
+    .collect()
 }
 
 /// Everything that was traced, with the channel names of the interchange format.
@@ -60,9 +64,12 @@ pub fn image(truth: &Truth) -> Image {
     image.set_vector("P", &truth.position);
     image.set_rgb("albedo", &truth.albedo);
     image.set_rgb("direct", &truth.direct);
-    for (layer, estimate) in
-        [("bounce1", &truth.bounce1), ("indirect", &truth.indirect), ("on_screen", &truth.on_screen)]
-    {
+    for (layer, estimate) in [
+        ("bounce1", &truth.bounce1),
+        ("indirect", &truth.indirect),
+        ("on_screen", &truth.on_screen),
+        ("glossy", &truth.glossy),
+    ] {
         if let Some(estimate) = estimate {
             image.set_rgb(layer, &estimate.mean);
         }

@@ -16,7 +16,7 @@ use crate::cache::{Cache, Inputs, Key};
 /// Time between two copies of an unfinished trace on disk.
 const CHECKPOINT: Duration = Duration::from_secs(20);
 /// Raised when stored sums change their meaning.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// Traces one scene, through a cache where there is one. The BVH is built when the cache first lacks something.
 pub struct TruthSource<'a> {
@@ -141,10 +141,10 @@ impl<'a> TruthSource<'a> {
     fn key(&self, request: &Request) -> Key {
         let mut inputs = self.scene_inputs.get_or_init(|| scene_inputs(self.scene)).clone();
         // Destructured, so that a new field is not forgotten here.
-        let Request { camera, size, bounce1, bounces, on_screen, ambient_occlusion, seed } = request;
+        let Request { camera, size, bounce1, bounces, on_screen, glossy, ambient_occlusion, seed } = request;
         let Camera { eye, target, up, vertical_fov_degrees } = camera;
         inputs.add(&[*eye, *target, *up]).add(&[*vertical_fov_degrees]).add(size);
-        inputs.add(&[u32::from(*bounce1), *bounces, u32::from(*on_screen), *seed]);
+        inputs.add(&[u32::from(*bounce1), *bounces, u32::from(*on_screen), u32::from(*glossy), *seed]);
         inputs.add(ambient_occlusion.as_slice()).add(halflight_renderer::truth::shader_source().as_bytes());
         inputs.key()
     }
@@ -157,19 +157,23 @@ fn scene_inputs(scene: &Scene) -> Inputs {
         inputs.add(positions).add(normals).add(uvs).add(indices).add(&[*material as u64]);
     }
     for material in &scene.materials {
-        // Motion is not traced: whoever traces a moving scene gives it posed. Nor is `receive_only`, which no light knows.
+        // Motion is not traced: whoever traces a moving scene gives it posed.
         let Material {
             name: _,
             albedo,
             albedo_texture,
             alpha_texture,
             emission,
-            specular: _,
-            phong_exponent: _,
-            receive_only: _,
+            specular,
+            phong_exponent,
+            receive_only,
         } = material;
         let textures = [albedo_texture, alpha_texture].map(|t| t.map_or(u64::MAX, |index| index as u64));
-        inputs.add(&[*albedo, *emission]).add(&textures);
+        inputs
+            .add(&[*albedo, *emission, *specular])
+            .add(&[*phong_exponent])
+            .add(&[u32::from(*receive_only)])
+            .add(&textures);
     }
     for Texture { name: _, width, height, rgba } in &scene.textures {
         inputs.add(&[*width, *height]).add(rgba);

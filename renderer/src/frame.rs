@@ -1,6 +1,6 @@
 //! The plan of a whole frame of a scene: G-buffer, direct light, a technique, the final image.
 
-use halflight_scenes::{Scene, SceneNeeds};
+use halflight_scenes::{Camera, Scene, SceneNeeds};
 use wgpu::TextureFormat as Format;
 
 use crate::{
@@ -8,7 +8,7 @@ use crate::{
     parameters::{Settings, SettingsError},
     plan::{FramePlan, Part, ResourceId},
     shadow::{ShadowLayer, shadow_bounds, shadow_layers},
-    techniques::{GBufferNeeds, Inputs, MotionInputs, SceneInputs, Technique, needs_of_any},
+    techniques::{GBufferNeeds, Inputs, MotionInputs, ReceiveOnlyInputs, SceneInputs, Technique, needs_of_any},
 };
 
 parameters! {
@@ -41,6 +41,8 @@ pub struct SceneFacts {
     pub shadow_layers: Vec<ShadowLayer>,
     /// One word a material: 1 where it receives indirect light and sends none. Empty where none does.
     pub receive_only: Vec<u32>,
+    /// Cameras that see light which the display's does not.
+    pub extra_cameras: Vec<Camera>,
     /// Near plane for its cameras, scene units.
     pub near: f32,
     /// Length of the diagonal of its bounding box, over all frames, scene units; 1 for an empty scene.
@@ -63,7 +65,9 @@ impl SceneFacts {
         let flags = scene.materials.iter().map(|material| u32::from(material.receive_only));
         let receive_only = if needs.receive_only { flags.collect() } else { Vec::new() };
         let shadow_layers = shadow_layers(&scene.pose(0).lights, shadow_bounds(scene));
-        Self { needs, shadow_layers, receive_only, near, diagonal, bounds, triangles: scene.triangle_count() as u32 }
+        let extra_cameras = scene.extra_cameras.clone();
+        let triangles = scene.triangle_count() as u32;
+        Self { needs, shadow_layers, receive_only, extra_cameras, near, diagonal, bounds, triangles }
     }
 }
 
@@ -82,9 +86,18 @@ pub fn plan_frame(
 ) -> Result<FramePlan, SettingsError> {
     let follows = facts.needs.moving_objects > 0 && follows_objects(facts, technique, settings, size)?;
     let needs = (technique.needs)(settings)?;
-    let (mut plan, gbuffer) = plan_scene_for(facts, settings, size, direct, needs, follows)?;
-    let output = |name| plan.outputs[name];
+    let (mut plan, ScenePart { gbuffer, scene, shadow }) =
+        plan_scene_for(facts, settings, size, direct, needs, follows)?;
+    if extra_views(facts, technique, settings)? {
+        let shadow = match (shadow, direct) {
+            (None, DirectSource::Given) => plan_shadows(&mut plan, facts, &scene, settings)?,
+            (shadow, _) => shadow,
+        };
+        plan_extra_views(&mut plan, facts, &scene, shadow);
+    }
     let motion = gbuffer.object.zip(gbuffer.objects).map(|(object, objects)| MotionInputs { object, objects });
+    let receive_only = plan_receive_only(&mut plan, facts, &gbuffer);
+    let output = |name| plan.outputs[name];
     let inputs = Inputs {
         depth: output("depth"),
         normal: output("normal"),
@@ -92,10 +105,10 @@ pub fn plan_frame(
         albedo: output("albedo"),
         motion,
         material: plan.outputs.get("material").copied(),
+        receive_only,
         scene: Some(SceneInputs::of(facts)),
-        light_views: &facts.shadow_layers,
     };
-    let source = plan_source(&mut plan, facts, &gbuffer, inputs.direct);
+    let source = plan_source(&mut plan, &inputs);
     plan_indirect_from(&mut plan, technique, settings, &Inputs { direct: source, ..inputs }, inputs.direct)?;
     Ok(plan)
 }
@@ -110,15 +123,21 @@ fn follows_objects(
     Ok(plan_technique_of_scene(facts, technique, settings, size)?.has_history())
 }
 
-/// The source of indirect light: direct light, without that of surfaces which only receive.
-fn plan_source(plan: &mut FramePlan, facts: &SceneFacts, gbuffer: &GBuffer, direct: ResourceId) -> ResourceId {
-    let Some(material) = gbuffer.material.filter(|_| !facts.receive_only.is_empty()) else { return direct };
-    let size = plan.display_size;
+/// Marks the surfaces that only receive light, where the scene has any.
+fn plan_receive_only(plan: &mut FramePlan, facts: &SceneFacts, gbuffer: &GBuffer) -> Option<ReceiveOnlyInputs> {
+    let material = gbuffer.material.filter(|_| !facts.receive_only.is_empty())?;
     let flags = bytemuck::cast_slice(&facts.receive_only).to_vec();
     let flags = plan.data("receive_only", flags, "materials that receive light and send none");
+    Some(ReceiveOnlyInputs { material, flags })
+}
+
+/// The source of indirect light: direct light, without that of surfaces which only receive.
+fn plan_source(plan: &mut FramePlan, inputs: &Inputs) -> ResourceId {
+    let Some(ReceiveOnlyInputs { material, flags }) = inputs.receive_only else { return inputs.direct };
+    let size = plan.display_size;
     let source = plan.texture("source", size, Format::Rgba32Float, "direct light of surfaces that send it on");
     plan.pass(Part::Technique, "source", "source/source")
-        .bind("direct", direct)
+        .bind("direct", inputs.direct)
         .bind("material", material)
         .bind("receive_only", flags)
         .bind("source", source)
@@ -140,7 +159,46 @@ pub fn plan_scene(
     Ok(plan_scene_for(facts, settings, size, direct, needs_of_any(settings)?, false)?.0)
 }
 
-/// As [`plan_scene`], with what a technique `needs` and a channel for the moving object that each pixel shows where a technique `follows` them.
+/// What the first part of a frame leaves for further views.
+struct ScenePart {
+    gbuffer: GBuffer,
+    scene: SceneResources,
+    shadow: Option<Shadows>,
+}
+
+/// Whether a technique with these settings gathers in the scene's extra cameras, too.
+///
+/// # Errors
+/// A setting that its declaration does not allow.
+pub fn extra_views(facts: &SceneFacts, technique: &Technique, settings: &Settings) -> Result<bool, SettingsError> {
+    Ok(!facts.extra_cameras.is_empty() && (technique.needs)(settings)?.extra_cameras)
+}
+
+/// G-buffer and direct light of each extra camera.
+fn plan_extra_views(plan: &mut FramePlan, facts: &SceneFacts, scene: &SceneResources, shadow: Option<Shadows>) {
+    for (index, &camera) in facts.extra_cameras.iter().enumerate() {
+        let view = plan.add_view(format!("camera_{}", index + 1), camera);
+        let inputs = plan.from_view(view, |plan| {
+            let gbuffer = plan_gbuffer(plan, &facts.needs, scene, DirectSource::Rendered, false, false);
+            let direct = plan_direct(plan, facts, scene, &gbuffer, shadow);
+            let inputs = Inputs {
+                depth: gbuffer.depth,
+                normal: gbuffer.normal,
+                direct,
+                albedo: gbuffer.albedo,
+                motion: None,
+                material: None,
+                receive_only: plan_receive_only(plan, facts, &gbuffer),
+                scene: Some(SceneInputs::of(facts)),
+            };
+            Inputs { direct: plan_source(plan, &inputs), ..inputs }
+        });
+        plan.views[view].inputs = Some(inputs);
+    }
+}
+
+/// As [`plan_scene`], with what a technique `needs` and a channel for the moving object that each pixel shows where a
+/// technique `follows` them.
 fn plan_scene_for(
     facts: &SceneFacts,
     settings: &Settings,
@@ -148,8 +206,9 @@ fn plan_scene_for(
     direct: DirectSource,
     needs: GBufferNeeds,
     follows: bool,
-) -> Result<(FramePlan, GBuffer), SettingsError> {
+) -> Result<(FramePlan, ScenePart), SettingsError> {
     let mut plan = FramePlan::new(size);
+    plan.light_views.clone_from(&facts.shadow_layers);
     let scene = SceneResources {
         vertices: plan.external("scene.vertices", "the scene's geometry"),
         materials: plan.external("scene.materials", "the scene's materials"),
@@ -159,11 +218,11 @@ fn plan_scene_for(
     };
     let glossy = facts.needs.glossy && needs.glossy_material;
     let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct, follows, glossy);
-    let direct = match direct {
-        DirectSource::Given => plan.external("direct", "direct light given by the caller"),
+    let (direct, shadow) = match direct {
+        DirectSource::Given => (plan.external("direct", "direct light given by the caller"), None),
         DirectSource::Rendered => {
-            let parameters = DirectLight::from_settings(settings)?;
-            let direct = plan_direct(&mut plan, facts, &scene, &gbuffer, &parameters);
+            let shadow = plan_shadows(&mut plan, facts, &scene, settings)?;
+            let direct = plan_direct(&mut plan, facts, &scene, &gbuffer, shadow);
             if facts.needs.environment {
                 let environment = plan.scene_buffer("scene.environment", "light from outside");
                 plan.pass(Part::Direct, "sky", "sky/sky")
@@ -173,14 +232,14 @@ fn plan_scene_for(
                     .because("the environment shows where no surface does")
                     .over(size);
             }
-            direct
+            (direct, shadow)
         }
     };
     let outputs =
         [("depth", gbuffer.depth), ("normal", gbuffer.normal), ("albedo", gbuffer.albedo), ("direct", direct)];
     plan.outputs.extend(outputs);
     plan.outputs.extend(gbuffer.material.filter(|_| glossy).map(|material| ("material", material)));
-    Ok((plan, gbuffer))
+    Ok((plan, ScenePart { gbuffer, scene, shadow }))
 }
 
 /// The part of a frame after direct light, on textures `depth`, `normal`, `direct` and `albedo` that
@@ -214,6 +273,7 @@ fn plan_on_textures(
     size: [u32; 2],
 ) -> Result<FramePlan, SettingsError> {
     let mut plan = FramePlan::new(size);
+    plan.light_views = facts.map_or(Vec::new(), |facts| facts.shadow_layers.clone());
     let scene = facts.map(SceneInputs::of);
     let mut given = |name| plan.external(name, "given by the caller");
     let inputs = Inputs {
@@ -223,8 +283,8 @@ fn plan_on_textures(
         albedo: given("albedo"),
         motion: None,
         material: None,
+        receive_only: None,
         scene,
-        light_views: facts.map_or(&[], |facts| &facts.shadow_layers),
     };
     let glossy = (technique.needs)(settings)?.glossy_material && scene.is_some_and(|scene| scene.glossy);
     let inputs = Inputs { material: glossy.then(|| plan.external("material", "given by the caller")), ..inputs };
@@ -372,18 +432,16 @@ fn plan_direct(
     facts: &SceneFacts,
     scene: &SceneResources,
     gbuffer: &GBuffer,
-    parameters: &DirectLight,
+    shadow: Option<Shadows>,
 ) -> ResourceId {
     let size = plan.display_size;
-    let layers = &facts.shadow_layers;
-    let lit = !layers.is_empty();
-    let shadow = lit.then(|| plan_shadows(plan, facts, scene, parameters.shadow_map_size));
+    let lit = shadow.is_some();
     let direct = plan.texture("direct", size, Format::Rgba32Float, "the source of indirect light");
     let needs = &facts.needs;
     let emitters = gbuffer.material.filter(|_| needs.emitters);
     let shader = variant("direct/direct_light", &[("lit", lit), ("emitters", emitters.is_some())]);
     let lights = needs.directional_lights + needs.spot_lights + needs.point_lights;
-    let lights_buffer = lit.then(|| plan.external("scene.lights", "the scene's lights"));
+    let lights_buffer = lit.then(|| plan.scene_buffer("scene.lights", "the scene's lights"));
     let mut pass = plan
         .pass(Part::Direct, "direct", shader)
         .constants(&[("LIGHTS", lights as f64)])
@@ -391,7 +449,7 @@ fn plan_direct(
         .bind("normal", gbuffer.normal)
         .bind("direct", direct)
         .because(format!("{}{}", counted(lights, "light"), if needs.emitters { " and emitters" } else { "" }));
-    if let (Some((maps, entries)), Some(buffer)) = (shadow, lights_buffer) {
+    if let (Some(Shadows { maps, entries }), Some(buffer)) = (shadow, lights_buffer) {
         pass = pass
             .bind("albedo", gbuffer.albedo)
             .bind("lights", buffer)
@@ -405,13 +463,24 @@ fn plan_direct(
     direct
 }
 
+/// Shadow maps of all lights, and what each of them looks at.
+#[derive(Clone, Copy)]
+struct Shadows {
+    maps: ResourceId,
+    entries: ResourceId,
+}
+
 fn plan_shadows(
     plan: &mut FramePlan,
     facts: &SceneFacts,
     scene: &SceneResources,
-    map_size: u32,
-) -> (ResourceId, ResourceId) {
+    settings: &Settings,
+) -> Result<Option<Shadows>, SettingsError> {
+    let map_size = DirectLight::from_settings(settings)?.shadow_map_size;
     let layers = &facts.shadow_layers;
+    if layers.is_empty() {
+        return Ok(None);
+    }
     let count = layers.len() as u32;
     let maps = plan.texture_array(
         "shadow_maps",
@@ -442,7 +511,7 @@ fn plan_shadows(
         }
         pass.draw(Vec::new(), (maps, index as u32));
     }
-    (maps, entries)
+    Ok(Some(Shadows { maps, entries }))
 }
 
 /// Twin of `ShadowLayer` in direct_light.wgsl: a matrix, then the width of a texel.

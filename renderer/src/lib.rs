@@ -28,7 +28,7 @@ mod uniform;
 mod view;
 
 pub use frame::{
-    DirectLight, DirectSource, SceneFacts, plan_frame, plan_indirect, plan_scene, plan_technique,
+    DirectLight, DirectSource, SceneFacts, extra_views, plan_frame, plan_indirect, plan_scene, plan_technique,
     plan_technique_of_scene,
 };
 pub use gpu::Gpu;

@@ -42,7 +42,7 @@ pub(crate) fn plan_virtual_lights(
             "{technique} draws the scene as its lights see it and only textures were given: plan with the facts of a scene"
         )));
     };
-    let views = inputs.light_views;
+    let views = plan.light_views.clone();
     if views.is_empty() {
         return Ok(None);
     }

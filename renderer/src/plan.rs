@@ -2,10 +2,11 @@
 
 use std::{collections::BTreeMap, fmt};
 
+use halflight_scenes::Camera;
 use halflight_shared_shaders::BindingKind;
 use serde::Serialize;
 
-use crate::{gpu::known_shader, uniform::UniformValue};
+use crate::{gpu::known_shader, shadow::ShadowLayer, techniques::Inputs, uniform::UniformValue};
 
 mod display;
 
@@ -154,6 +155,19 @@ pub enum Work {
     },
 }
 
+/// A view of the scene besides the display's: a camera with a G-buffer of its own, as large as the display.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlannedView {
+    /// Names of its passes and textures begin with it.
+    pub name: String,
+    /// Where it sees from, in every frame.
+    #[serde(serialize_with = "as_debug")]
+    pub camera: Camera,
+    /// Its G-buffer and its direct light, once they are planned.
+    #[serde(skip)]
+    pub inputs: Option<Inputs>,
+}
+
 /// One pass: reads as "SHADER over WORK, with these bindings, because REASON".
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pass {
@@ -175,6 +189,9 @@ pub struct Pass {
     pub once: bool,
     /// Part of the frame.
     pub part: Part,
+    /// The view that it sees the scene from, by its place in [`FramePlan::views`]; `None` for the display's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view: Option<usize>,
     /// Why the plan has it.
     pub reason: String,
 }
@@ -211,6 +228,15 @@ pub struct FramePlan {
     pub resources: Vec<Resource>,
     /// Passes in order.
     pub passes: Vec<Pass>,
+    /// Views besides the display's.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub views: Vec<PlannedView>,
+    /// What the scene's lights look at; empty in an unlit scene, or without one.
+    #[serde(skip)]
+    pub light_views: Vec<ShadowLayer>,
+    /// The view that passes are planned for.
+    #[serde(skip)]
+    view: Option<usize>,
     /// Results by name: `depth`, `normal`, `albedo`, `direct`, `indirect`, `final`...
     pub outputs: BTreeMap<&'static str, ResourceId>,
     /// Radius of `ambient_occlusion` among the outputs, scene units; 0 for unlimited.
@@ -221,6 +247,30 @@ impl FramePlan {
     /// A plan without passes.
     pub fn new(display_size: [u32; 2]) -> Self {
         Self { display_size, ..Self::default() }
+    }
+
+    /// Adds a view, without passes so far.
+    pub fn add_view(&mut self, name: impl Into<String>, camera: Camera) -> usize {
+        self.views.push(PlannedView { name: name.into(), camera, inputs: None });
+        self.views.len() - 1
+    }
+
+    /// Plans passes that see the scene from a view. Their names and those of their textures begin with the view's, all are
+    /// part of the technique, because nothing else needs the view, and the outputs stay those of the display.
+    pub fn from_view<R>(&mut self, view: usize, plan: impl FnOnce(&mut Self) -> R) -> R {
+        let outputs = self.outputs.clone();
+        let before = self.view.replace(view);
+        let result = plan(self);
+        (self.view, self.outputs) = (before, outputs);
+        result
+    }
+
+    /// A name in the view that is planned for; the scene's own buffers serve all views.
+    fn in_view(&self, name: String) -> String {
+        match self.view {
+            Some(view) if !name.starts_with("scene.") => format!("{}_{name}", self.views[view].name),
+            _ => name,
+        }
     }
 
     /// Adds a texture.
@@ -243,7 +293,8 @@ impl FramePlan {
         reason: impl Into<String>,
     ) -> ResourceId {
         let name = name.into();
-        let known = self.resources.iter().position(|resource| resource.name == name);
+        let full = self.in_view(name.clone());
+        let known = self.resources.iter().position(|resource| resource.name == full);
         known.map_or_else(|| self.texture(name, size, format, reason), ResourceId)
     }
 
@@ -294,17 +345,20 @@ impl FramePlan {
     }
 
     fn resource(&mut self, name: impl Into<String>, kind: ResourceKind, reason: impl Into<String>) -> ResourceId {
-        self.resources.push(Resource { name: name.into(), kind, reason: reason.into() });
+        let name = self.in_view(name.into());
+        self.resources.push(Resource { name, kind, reason: reason.into() });
         ResourceId(self.resources.len() - 1)
     }
 
     /// Begins a pass of this name that runs this shader; [`PassBuilder::over`] or
     /// [`PassBuilder::draw`] adds it.
     pub fn pass(&mut self, part: Part, name: impl Into<String>, shader: impl Into<String>) -> PassBuilder<'_> {
+        let (name, view) = (self.in_view(name.into()), self.view);
+        let part = if view.is_some() { Part::Technique } else { part };
         PassBuilder {
             plan: self,
             pass: Pass {
-                name: name.into(),
+                name,
                 shader: shader.into(),
                 constants: Vec::new(),
                 bindings: Vec::new(),
@@ -313,6 +367,7 @@ impl FramePlan {
                 once: false,
                 work: Work::Dispatch { entry: "", size: [0, 0] },
                 part,
+                view,
                 reason: String::new(),
             },
         }

@@ -39,10 +39,11 @@ pub struct Recording {
     passes: Vec<ReadyPass>,
     /// The uniform block `params` of each pass that has one.
     params: Vec<Option<wgpu::Buffer>>,
-    view: wgpu::Buffer,
+    /// The uniform block `view` of the display and of each further view of the plan.
+    views: Vec<wgpu::Buffer>,
     view_layout: Option<&'static BindingKind>,
-    /// The uniform block `previous` and its layout, where a pass looks at the frame before.
-    previous: Option<(wgpu::Buffer, &'static BindingKind)>,
+    /// The uniform block `previous`, one for each view, and its layout, where a pass looks at the frame before.
+    previous: Option<(Vec<wgpu::Buffer>, &'static BindingKind)>,
     memory: Mutex<Memory>,
     indices: Option<(wgpu::Buffer, u32)>,
     timer: Option<Timer>,
@@ -179,16 +180,17 @@ impl Recording {
             })
         };
         let view_layout = block("view");
-        let view = uniform("view", 256);
-        let previous = block("previous").map(|layout| (uniform("previous", 256), layout));
+        let for_views = |label| (0..=plan.views.len()).map(|_| uniform(label, 256)).collect::<Vec<_>>();
+        let views = for_views("view");
+        let previous = block("previous").map(|layout| (for_views("previous"), layout));
         let params: Vec<_> = plan.passes.iter().map(|pass| params_of(gpu, pass)).collect();
         let maker = Maker {
             gpu,
             plan: &plan,
             textures: &textures,
             buffers: &buffers,
-            view: &view,
-            previous: previous.as_ref().map(|(buffer, _)| buffer),
+            views: &views,
+            previous: previous.as_ref().map(|(buffers, _)| buffers.as_slice()),
             scene: externals.scene,
         };
         let passes = plan.passes.iter().zip(&params).map(|(pass, params)| maker.ready(pass, params.as_ref())).collect();
@@ -203,7 +205,7 @@ impl Recording {
             plan,
             textures,
             buffers,
-            view,
+            views,
         }
     }
 
@@ -337,15 +339,24 @@ impl Recording {
     /// Tells the device of the frame's view and of the frame before; returns the turn of the histories.
     fn begin_frame(&self, gpu: &Gpu, view: &View) -> usize {
         if let Some(BindingKind::Uniform { size, members }) = self.view_layout {
-            gpu.queue.write_buffer(&self.view, 0, &view.pack(*size, members));
+            gpu.queue.write_buffer(&self.views[0], 0, &view.pack(*size, members));
+            for (other, buffer) in self.plan.views.iter().zip(&self.views[1..]) {
+                gpu.queue.write_buffer(buffer, 0, &view.of_camera(&other.camera).pack(*size, members));
+            }
         }
         let mut memory = self.memory();
         let before = memory.last.filter(|before| view.continues(before));
         let still = before.is_some_and(|before| view.is_still_since(&before));
         memory.still_frames = if still { memory.still_frames.saturating_add(1) } else { 0 };
-        if let Some((buffer, BindingKind::Uniform { size, members })) = &self.previous {
+        if let Some((buffers, BindingKind::Uniform { size, members })) = &self.previous {
             let block = view.pack_previous(before.as_ref(), memory.still_frames, *size, members);
-            gpu.queue.write_buffer(buffer, 0, &block);
+            gpu.queue.write_buffer(&buffers[0], 0, &block);
+            for (other, buffer) in self.plan.views.iter().zip(&buffers[1..]) {
+                // Further views stand still: where one has a frame before at all, it was seen from the same place.
+                let own = view.of_camera(&other.camera);
+                let block = own.pack_previous(before.map(|_| &own), memory.still_frames, *size, members);
+                gpu.queue.write_buffer(buffer, 0, &block);
+            }
         }
         memory.last = Some(*view);
         memory.turn = 1 - memory.turn;
@@ -524,6 +535,7 @@ fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {
             == (&new.name, &new.shader, &new.constants, &new.bindings, &new.cleared, &new.work)
     };
     old.display_size == new.display_size
+        && old.views == new.views
         && old.outputs == new.outputs
         && old.resources.len() == new.resources.len()
         && old.passes.len() == new.passes.len()

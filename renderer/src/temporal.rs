@@ -28,15 +28,43 @@ pub fn temporal_filter(
     indirect: Option<ResourceId>,
     a: f32,
 ) -> Option<ResourceId> {
-    let Some(light) = indirect.filter(|_| a > 0.0) else { return indirect };
+    let light = indirect?;
+    Some(filter(plan, inputs, light, a, None))
+}
+
+/// As [`temporal_filter`] for the light of mirror lobes, with a history of its own: a counts fewer frames the narrower a
+/// lobe is, because the narrower it is the faster its light changes. `material` is each pixel's.
+pub fn temporal_filter_of_gloss(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    glossy: ResourceId,
+    a: f32,
+    material: ResourceId,
+) -> ResourceId {
+    filter(plan, inputs, glossy, a, Some(material))
+}
+
+fn filter(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    light: ResourceId,
+    a: f32,
+    material: Option<ResourceId>,
+) -> ResourceId {
+    if a <= 0.0 {
+        return light;
+    }
+    let of = if material.is_some() { "_glossy" } else { "" };
     let size = plan.display_size;
     let half = plan.resources[light.0].format() == Some(Format::Rgba16Float);
     let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
-    let history = plan.history("history", size, Format::Rgba32Uint, "light and surfaces that the filter remembers");
-    let filtered = plan.texture("filtered", size, format, "indirect light, averaged over frames");
-    let features = [("moving", inputs.motion.is_some()), ("float16", half)];
+    let history =
+        plan.history(&format!("history{of}"), size, Format::Rgba32Uint, "light and surfaces that the filter remembers");
+    let filtered = plan.texture(format!("filtered{of}"), size, format, "indirect light, averaged over frames");
+    let features = [("moving", inputs.motion.is_some()), ("float16", half), ("glossy", material.is_some())];
+    let materials = material.map(|_| plan.scene_buffer("scene.materials", "glossy materials"));
     let mut pass = plan
-        .pass(Part::Technique, "temporal", variant("temporal/temporal", &features))
+        .pass(Part::Technique, format!("temporal{of}"), variant("temporal/temporal", &features))
         .param("a", a)
         .param("settle_frames", frames_until(a, SETTLED).ceil() as u32)
         .bind("depth", inputs.depth)
@@ -49,6 +77,9 @@ pub fn temporal_filter(
     if let Some(motion) = inputs.motion {
         pass = pass.bind("object", motion.object).bind("objects", motion.objects);
     }
+    if let (Some(material), Some(materials)) = (material, materials) {
+        pass = pass.bind("material", material).bind("materials", materials);
+    }
     pass.over(size);
-    Some(filtered)
+    filtered
 }

@@ -57,6 +57,12 @@ impl View {
         }
     }
 
+    /// What another camera, which stands still, sees in the same frame.
+    pub(crate) fn of_camera(&self, camera: &Camera) -> Self {
+        let [width, height] = self.display_size;
+        Self { world_to_view: camera.view_matrix(), tan_half_fov: camera.tan_half_fov(width, height), ..*self }
+    }
+
     /// Whether this view may use what a frame seen from `before` left: it is the next frame of the same image,
     /// and neither a cut nor a teleport (more than a twentieth of the scene, or a turn of more than half the
     /// field of view).

@@ -19,6 +19,9 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// The camera that a render uses unless it is told otherwise.
     pub camera: Camera,
+    /// Cameras that stand still and see light which the display's camera does not: techniques on the screen may gather
+    /// in their images, too (Soler et al. 2009, Figure 9).
+    pub extra_cameras: Vec<Camera>,
     /// Light from outside the scene, where the scene has any.
     pub environment: Option<Environment>,
     /// What moves; empty for a still scene. Everything else is the scene at rest.

@@ -36,6 +36,14 @@ pub fn sun() -> Light {
     Light::Directional { direction: [0.2, -1.0, -0.3], irradiance: [3.0, 2.5, 2.0] }
 }
 
+/// The court with a glossy floor, which shows the wall and the block: Ks 0.5 and this Phong exponent.
+pub fn polished(exponent: f32) -> Scene {
+    let mut scene = court();
+    scene.materials[0].specular = [0.5; 3];
+    scene.materials[0].phong_exponent = exponent;
+    scene
+}
+
 /// Floor and back wall of a grey court, 4 x 4 x 3 units, and a box-like block on the floor.
 pub fn court() -> Scene {
     let block = Vec3::new(-0.6, 0.0, -1.4);

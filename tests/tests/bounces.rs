@@ -2,8 +2,11 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::DVec3;
-use halflight_evaluator::session::Session;
-use halflight_tests::{bundled, device, frames, mean_luminance, oracle::GBuffer, request, scenes};
+use halflight_evaluator::session::{Frames, Session};
+use halflight_native::images::Rgb;
+use halflight_renderer::{SceneFacts, plan_frame};
+use halflight_scenes::{CameraKeyframe, Light, Moves};
+use halflight_tests::{bundled, device, frames, known, mean_luminance, oracle::GBuffer, request, scenes, settings};
 
 /// Light of the first bounces, then of more, luminance.
 fn light(name: &str, bounces: u32, more: &[(&str, &str)], count: u32) -> f64 {
@@ -93,5 +96,98 @@ fn the_second_bounce_is_that_of_the_exhaustive_sum() {
             (ratios[0] - 1.0).abs() < tolerance && (ratios[1] - 1.0).abs() < 2.0 * tolerance,
             "{start}: {ratios:?}"
         );
+    }
+}
+
+/// Two bounces that take turns, with little noise.
+const INTERLEAVED: [(&str, &str); 5] = [
+    ("bounces", "2"),
+    ("bounce_interleaving", "on"),
+    ("storage", "float32"),
+    ("start_resolution", "half"),
+    ("disc_area", "texel"),
+];
+
+fn indirect(frames: &Frames) -> Vec<Rgb> {
+    frames.read_rgb("indirect").unwrap().unwrap()
+}
+
+#[test]
+fn interleaved_bounces_cost_one_gather() {
+    let plan = |bounces, interleaving| {
+        let values = settings("hierarchical", &[("bounces", bounces), ("bounce_interleaving", interleaving)]);
+        let facts = SceneFacts::of(&scenes::court());
+        plan_frame(&facts, known("hierarchical"), &values, [64, 36], Default::default()).unwrap()
+    };
+    let (one, two) = (plan("1", "off"), plan("2", "on"));
+    let names = two.passes.iter().map(|pass| pass.name.as_str());
+    let added: Vec<_> = names.filter(|name| one.find(name).is_none()).collect();
+    let relit = ["relight_4_bounce_2", "relight_8_bounce_2", "relight_16_bounce_2", "relight_32_bounce_2"];
+    assert_eq!(added, [&["recall_bounce", "albedo_of_surfels"][..], &relit, &["interleave_bounces"]].concat());
+    assert!(one.passes.iter().all(|pass| two.find(&pass.name).is_some()), "nothing else is left out");
+    // It is for two bounces.
+    for bounces in ["0", "1", "3"] {
+        assert_eq!(plan(bounces, "on"), plan(bounces, "off"));
+    }
+}
+
+#[test]
+fn interleaved_bounces_are_two_bounces() {
+    let scene = scenes::court();
+    let here = scene.camera;
+    let key = |frame, eye| CameraKeyframe { frame, eye, target: here.target, cut: false };
+    let mut moving = scene.clone();
+    moving.moves = Moves { camera: vec![key(0, here.eye), key(16, [0.5, 1.3, 3.6])], ..Moves::default() };
+    let size = [64, 36];
+    for (scene, what, last) in [(&scene, "still", 33), (&moving, "a moving camera", 16)] {
+        let session = Session::new(device(), scene);
+        let mean = |more: &[(&str, &str)]| -> f64 {
+            let mut run = frames(&session, &request("hierarchical", &[&INTERLEAVED[..], more].concat(), size));
+            // The first frame has one bounce alone.
+            let means = (0..=last).map(|frame| {
+                run.run(frame).unwrap();
+                mean_luminance(&indirect(&run))
+            });
+            means.skip(1).sum::<f64>() / f64::from(last)
+        };
+        let [both, one, two] = [&[][..], &[("bounces", "1")], &[("bounce_interleaving", "off")]].map(mean);
+        println!("{what}: {both:.4} interleaved, {two:.4} both bounces, {one:.4} the first one");
+        // The second bounce within a tenth of itself: the court's is a twelfth of all light.
+        assert!(two > 1.05 * one && (both - two).abs() < 0.1 * (two - one), "{what}: {both} for {two}, of it {one}");
+    }
+}
+
+#[test]
+fn interleaved_bounces_scale_with_light_and_start_anew_after_a_cut() {
+    let scene = scenes::court();
+    let mut bright = scene.clone();
+    for light in &mut bright.lights {
+        if let Light::Directional { irradiance, .. } = light {
+            *irradiance = irradiance.map(|v| v * 16.0);
+        }
+    }
+    let request = request("hierarchical", &INTERLEAVED, [64, 36]);
+    let at = |scene, first: u32| {
+        let session = Session::new(device(), scene);
+        let mut run = frames(&session, &request);
+        run.run(first).unwrap();
+        let alone = indirect(&run);
+        run.run(first + 1).unwrap();
+        (alone, indirect(&run))
+    };
+    // A power of two moves exponents and no mantissa.
+    let (plain, bright) = (at(&scene, 0), at(&bright, 0));
+    let times: Vec<Rgb> = plain.1.iter().map(|pixel| pixel.map(|v| v * 16.0)).collect();
+    assert!(times == bright.1, "light that is remembered scales, too");
+    // A first frame has the first bounce, whatever its number.
+    let one = |frame| {
+        let session = Session::new(device(), &scene);
+        let settings = [&INTERLEAVED[..], &[("bounces", "1")]].concat();
+        let mut run = frames(&session, &halflight_tests::request("hierarchical", &settings, [64, 36]));
+        run.run(frame).unwrap();
+        indirect(&run)
+    };
+    for first in [0, 5] {
+        assert!(at(&scene, first).0 == one(first), "frame {first}");
     }
 }

@@ -49,7 +49,7 @@ fn a_mirrored_scene_gives_the_mirrored_image() {
     let direct = request("none", &[], size);
     let exact = difference(&render(&scene, &direct, "direct"), &flipped(&render(&twin, &direct, "direct"), 128));
     println!("direct: {exact:.1e}");
-    let of_2010 = [("visibility", "surface"), ("bounces", "2")];
+    let of_2010 = [("visibility", "surface"), ("bounces", "2"), ("bounce_interleaving", "on")];
     for (filter, more) in [("nearest", &[][..]), ("vote", &[]), ("nearest", &of_2010)] {
         for start in ["full", "half", "quarter"] {
             let settings = [("start_resolution", start), ("pyramid_filter", filter), ("storage", "float32")];

@@ -47,7 +47,13 @@ const SETTINGS: &[&[(&str, &str)]] = &[
     &[("radius", "0.01")],
     &[("radius", "16384"), ("samples", "1024"), ("disc_area", "texel")],
     &[("only_level", "3"), ("form_factor", "eq3")],
-    &[("temporal_a", "0.999"), ("start_resolution", "half"), ("storage", "float32")],
+    &[
+        ("temporal_a", "0.999"),
+        ("start_resolution", "half"),
+        ("storage", "float32"),
+        ("bounces", "2"),
+        ("bounce_interleaving", "on"),
+    ],
     &[("visibility", "surface"), ("samples_per_ray", "1"), ("visibility_downsampling", "and"), ("bounces", "2")],
     &[("visibility", "solid"), ("samples_per_ray", "64"), ("start_resolution", "full"), ("levels", "8")],
     &[("visibility", "auto"), ("radius", "16384"), ("bounces", "3"), ("visibility_bounces", "first")],
@@ -148,14 +154,38 @@ fn extremes_of_gloss_are_finite() {
             material.phong_exponent = exponent;
         });
         let session = Session::new(device(), &scene);
-        for importance in ["on", "off"] {
-            for more in [[("visibility", "surface"), ("bounces", "2")], [("start_resolution", "full"), ("levels", "1")]]
+        for importance in ["lobe", "2010", "off"] {
+            for more in
+                [[("visibility", "surface"), ("bounces", "2")], [("start_resolution", "full"), ("temporal_a", "0.9")]]
             {
                 let settings = [&[("glossy", "on"), ("glossy_importance", importance)][..], &more].concat();
                 for size in [[33, 17], [1, 1], [97, 1]] {
                     scan(&session, "hierarchical", &settings, size);
                 }
             }
+        }
+    }
+}
+
+#[test]
+fn extremes_of_extra_cameras_are_finite() {
+    let mut scene = scenes::court();
+    let here = scene.camera;
+    // In the same place, beside, on a surface, looking away, and nowhere in particular.
+    scene.extra_cameras = vec![
+        here,
+        scenes::camera([-1.9, 1.2, -1.0], [1.0, 0.2, -1.2], 170.0),
+        scenes::camera([0.0; 3], [0.0, 1.0, 0.0], 60.0),
+        scenes::camera([0.0, 1.4, 4.0], [0.0, 10.0, 20.0], 1.0),
+        scenes::camera([0.0; 3], [0.0; 3], 60.0),
+    ];
+    let session = Session::new(device(), &scene);
+    for settings in [
+        &[("visibility", "surface"), ("bounces", "2"), ("bounce_interleaving", "on")][..],
+        &[("temporal_a", "0.9"), ("storage", "float32")],
+    ] {
+        for size in [[33, 17], [1, 1], [31, 2]] {
+            scan(&session, "hierarchical", settings, size);
         }
     }
 }

@@ -32,6 +32,9 @@ pub(super) struct TruthArgs {
     /// Also trace the part of the first bounce that comes from surfaces on the screen.
     #[arg(long)]
     on_screen: bool,
+    /// Also trace what glossy materials (Ks, Ns) send on to the eye.
+    #[arg(long)]
+    glossy: bool,
     /// Also trace ambient occlusion of this radius, scene units; 0 for unlimited.
     #[arg(long, value_name = "RADIUS")]
     ambient_occlusion: Option<f32>,
@@ -56,6 +59,7 @@ pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
         bounce1: args.bounces > 0,
         bounces: args.bounces,
         on_screen: args.on_screen,
+        glossy: args.glossy,
         ambient_occlusion: args.ambient_occlusion,
         seed: args.seed,
         ..Request::new(scene.camera, args.size)

@@ -15,8 +15,9 @@ pub(super) struct Maker<'a> {
     pub(super) plan: &'a FramePlan,
     pub(super) textures: &'a [Option<wgpu::Texture>],
     pub(super) buffers: &'a [Option<wgpu::Buffer>],
-    pub(super) view: &'a wgpu::Buffer,
-    pub(super) previous: Option<&'a wgpu::Buffer>,
+    /// Of the display, then of each further view.
+    pub(super) views: &'a [wgpu::Buffer],
+    pub(super) previous: Option<&'a [wgpu::Buffer]>,
     pub(super) scene: Option<&'a SceneBuffers>,
 }
 
@@ -93,9 +94,10 @@ impl Maker<'_> {
                 };
                 let held = match &binding.kind {
                     BindingKind::Uniform { .. } => {
+                        let own = pass.view.map_or(0, |view| view + 1);
                         let buffer = match binding.name {
-                            "view" => Some(self.view),
-                            "previous" => self.previous,
+                            "view" => Some(&self.views[own]),
+                            "previous" => self.previous.map(|buffers| &buffers[own]),
                             _ => params,
                         };
                         let missing = || panic!("pass {} has no values for {}", pass.name, binding.name);

@@ -4,6 +4,7 @@
 
 mod bounces;
 mod gather;
+mod views;
 mod visibility;
 
 use self::gather::{Gather, Light};
@@ -14,7 +15,7 @@ use crate::{
     parameters::{Settings, SettingsError},
     plan::{FramePlan, ResourceId},
     resolution::{Upsampling, pyramid, to_display},
-    temporal::temporal_filter,
+    temporal::{temporal_filter, temporal_filter_of_gloss},
 };
 
 choice! {
@@ -137,6 +138,18 @@ choice! {
     }
 }
 
+choice! {
+    /// Where samples of glossy light are drawn.
+    pub enum GlossyImportance {
+        /// As many everywhere.
+        Off = "off",
+        /// More in the screen directions of the mirror lobe, by alpha + exp(-s t^2 / (2 pi)) (2010).
+        Paper = "2010",
+        /// Where the mirror lobe's light comes from: in its directions, up to its vanishing point and the screen's edge.
+        Lobe = "lobe",
+    }
+}
+
 impl StartResolution {
     /// Width of a texel of level 0 in pixels of the display.
     pub fn divisor(self) -> u32 {
@@ -171,26 +184,31 @@ parameters! {
         grid [UpsamplingKernel::Spline], role Override("KERNEL");
         /// Storage of the indirect and final image: float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
-        /// Share a of the frames before in the filtered light: F = a F_before + (1 - a) I; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.
+        /// Share a of the frames before in the filtered light: F = a F_before + (1 - a) I; 0 is off. Half of an old image is gone after ln 2 / -ln a frames; of glossy light sooner, the narrower its lobe.
         temporal_a: f32 = 0.0, in 0.0..=0.999, unit "1", grid [0.0, 0.9], role Plan;
+        /// Whether light that the scene's extra cameras see is kept where it is more than the display's camera finds.
+        extra_cameras: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
         /// Gather one level only and leave the others black.
         only_level: OnlyLevel = OnlyLevel::All, unit "", grid [OnlyLevel::All], role Plan;
         /// Bounces of indirect light; each one more gathers what the one before it sent.
         bounces: u32 = 1, in 0..=8, unit "1", grid [1, 2], role Plan;
+        /// Whether two bounces take turns from frame to frame, at the price of one; takes effect where bounces is 2.
+        bounce_interleaving: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Plan;
         /// What stands between a surface and its source: off, light passes; solid, surface or auto, a voxel grid of every mesh as solid, as surfaces, or as each mesh is.
         visibility: Visibility = Visibility::Off, unit "", grid [Visibility::Off, Visibility::Auto], role Plan;
         /// Voxels of a coarser level: and, as published, loses thin occluders; or lets them grow.
         visibility_downsampling: VisibilityDownsampling = VisibilityDownsampling::Or, unit "",
         grid [VisibilityDownsampling::And, VisibilityDownsampling::Or], role Override("ANY_CHILD");
-        /// Bounces that are tested for visibility: all, or the first alone.
+        /// Bounces that are tested for visibility: all, or the first alone; interleaved bounces are tested both.
         visibility_bounces: VisibilityBounces = VisibilityBounces::All, unit "",
         grid [VisibilityBounces::All, VisibilityBounces::First], role Plan;
         /// Successive samples that share one ray through the voxels: the mean stays, the noise of visibility grows, its cost falls; 1 as published.
         samples_per_ray: u32 = 16, in 1..=64, unit "1", grid [1, 4, 16], role Override("SAMPLES_PER_RAY");
         /// Light that glossy materials (Ks, Ns) send on towards the eye; its sources stay diffuse and lit directly.
         glossy: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Plan;
-        /// Whether more samples are drawn where a glossy surface's mirror lobe is; off, as many everywhere.
-        glossy_importance: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override("IMPORTANCE");
+        /// Where samples of glossy light are drawn: off, as many everywhere; 2010, more in the mirror lobe's screen directions, as published; lobe, where its light comes from.
+        glossy_importance: GlossyImportance = GlossyImportance::Lobe, unit "",
+        grid [GlossyImportance::Off, GlossyImportance::Paper, GlossyImportance::Lobe], role Override("IMPORTANCE");
     }
 }
 
@@ -200,9 +218,16 @@ pub const TECHNIQUE: Technique = Technique {
     summary: "hierarchical screen-space indirect illumination (Soler et al. 2009)",
     parameters: Hierarchical::parameters,
     complete: |settings| Ok(Hierarchical::from_settings(settings)?.to_settings()),
-    needs: |settings| Ok(GBufferNeeds { glossy_material: Hierarchical::from_settings(settings)?.glossy == Switch::On }),
+    needs: |settings| {
+        let parameters = Hierarchical::from_settings(settings)?;
+        Ok(GBufferNeeds {
+            glossy_material: parameters.glossy == Switch::On,
+            extra_cameras: parameters.extra_cameras == Switch::On && parameters.bounces > 0,
+        })
+    },
     plan: |plan, inputs, settings| {
         let light = self::plan(plan, inputs, settings)?;
+        let light = views::keep_the_most(plan, inputs, light, |plan, inputs| self::plan(plan, inputs, settings))?;
         Ok(temporal_filter(plan, inputs, light, Hierarchical::from_settings(settings)?.temporal_a))
     },
 };
@@ -252,12 +277,18 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let voxels = visibility::plan_voxels(plan, inputs, &parameters, &levels)?;
     let gather = Gather { parameters: &parameters, levels: &levels, only, voxels: voxels.as_ref(), material: None };
     let surfels: Vec<_> = levels.iter().map(|level| level.surfels).collect();
-    let Some(light) = gather.light(plan, Light::Bounce(1), &surfels) else { return Ok(None) };
-    let light = bounces::plan_bounces(plan, inputs, &gather, light);
+    let light = if parameters.bounces == 2 && parameters.bounce_interleaving == Switch::On {
+        bounces::plan_interleaved(plan, inputs, &gather)
+    } else {
+        let first = gather.light(plan, Light::Bounce(1), &surfels);
+        first.map(|first| bounces::plan_bounces(plan, inputs, &gather, first))
+    };
+    let Some(light) = light else { return Ok(None) };
     if let Some(material) = inputs.material.filter(|_| parameters.glossy == Switch::On) {
         let gather = Gather { material: Some(material), ..gather };
         if let Some(light) = gather.light(plan, Light::Glossy, &surfels) {
             let glossy = to_display(plan, inputs, &upsampling(&parameters), &levels[0], light, "glossy");
+            let glossy = temporal_filter_of_gloss(plan, inputs, glossy, parameters.temporal_a, material);
             plan.outputs.insert("glossy", glossy);
         }
     }

@@ -80,7 +80,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let parameters = Hybrid::from_settings(settings)?;
     let near = parameters.sources != Sources::Lights;
     // Without a scene its lights are asked for all the same, to be told that they are missing.
-    let lit = inputs.scene.is_none() || !inputs.light_views.is_empty();
+    let lit = inputs.scene.is_none() || !plan.light_views.is_empty();
     let wants_far = parameters.sources != Sources::Screen && lit;
     let divisor = parameters.start_resolution.divisor();
     let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], divisor, if wants_far { IMPORTANCE_LEVELS } else { 0 });

@@ -2,7 +2,7 @@
 
 pub use crate::parameters::SettingsError;
 use crate::{
-    DirectLight, SceneFacts, ShadowLayer,
+    DirectLight, SceneFacts,
     parameters::{Parameter, Settings},
     plan::{FramePlan, ResourceId},
 };
@@ -17,7 +17,7 @@ pub mod ray_march;
 
 /// What a technique reads, all at full resolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inputs<'a> {
+pub struct Inputs {
     /// Planar view depth, 0 where there is no surface.
     pub depth: ResourceId,
     /// View-space unit normal facing the eye.
@@ -30,10 +30,10 @@ pub struct Inputs<'a> {
     pub motion: Option<MotionInputs>,
     /// Index of each pixel's material, where the plan has glossy light.
     pub material: Option<ResourceId>,
+    /// Surfaces that receive light and send none, where the scene has any; `direct` is already without theirs.
+    pub receive_only: Option<ReceiveOnlyInputs>,
     /// The scene itself; `None` where only textures are given.
     pub scene: Option<SceneInputs>,
-    /// What the scene's lights look at; empty in an unlit scene, or without one.
-    pub light_views: &'a [ShadowLayer],
 }
 
 /// Which moving object each pixel shows, and where it was.
@@ -43,6 +43,15 @@ pub struct MotionInputs {
     pub object: ResourceId,
     /// `array<Object>` of common/scene.wgsl.
     pub objects: ResourceId,
+}
+
+/// Which pixels receive light and send none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReceiveOnlyInputs {
+    /// Index of each pixel's material.
+    pub material: ResourceId,
+    /// One word a material: 1 where it only receives.
+    pub flags: ResourceId,
 }
 
 /// Facts that decide how a technique reads the scene's buffers.
@@ -94,11 +103,13 @@ impl SceneInputs {
 pub struct GBufferNeeds {
     /// Index of each pixel's material, in a scene that has glossy ones.
     pub glossy_material: bool,
+    /// G-buffers of the scene's extra cameras, in a scene that has some.
+    pub extra_cameras: bool,
 }
 
 impl GBufferNeeds {
     /// Those of a technique that needs nothing more.
-    pub const NONE: Self = Self { glossy_material: false };
+    pub const NONE: Self = Self { glossy_material: false, extra_cameras: false };
 }
 
 /// A way to find indirect light.
@@ -162,7 +173,10 @@ pub fn technique(name: &str) -> Result<&'static Technique, SettingsError> {
 pub fn needs_of_any(settings: &Settings) -> Result<GBufferNeeds, SettingsError> {
     TECHNIQUES.iter().try_fold(GBufferNeeds::NONE, |all, technique| {
         let own = (technique.needs)(settings)?;
-        Ok(GBufferNeeds { glossy_material: all.glossy_material || own.glossy_material })
+        Ok(GBufferNeeds {
+            glossy_material: all.glossy_material || own.glossy_material,
+            extra_cameras: all.extra_cameras || own.extra_cameras,
+        })
     })
 }
 

@@ -15,6 +15,9 @@ use super::TruthError;
 /// Levels that the shader's stack holds: `MAX_DEPTH` of `truth/traversal.wgsl`.
 const MAX_DEPTH: usize = 24;
 
+/// Marks the material of a triangle that receives light and sends none: twin of `truth/path_trace.wgsl`.
+const RECEIVE_ONLY: u32 = 1 << 31;
+
 /// Texels of 16 bytes: five a node; three a triangle for its shape and four for what is on it.
 pub(super) struct Bvh {
     pub(super) nodes: Vec<[u32; 4]>,
@@ -57,8 +60,9 @@ impl Bvh {
             ]);
             let [n0, n1, n2] = corners.map(|i| Vec3A::from(mesh.normals[i as usize]));
             let [a, b, c] = corners.map(|i| mesh.uvs[i as usize].map(f32::to_bits));
-            let [last, material] = [[b[0], b[1], c[0], c[1]], texel(n2, mesh.material as u32)];
-            bvh.attributes.extend([texel(n0, a[0]), texel(n1, a[1]), material, last]);
+            let receives_only = scene.materials.get(mesh.material).is_some_and(|material| material.receive_only);
+            let material = mesh.material as u32 | if receives_only { RECEIVE_ONLY } else { 0 };
+            bvh.attributes.extend([texel(n0, a[0]), texel(n1, a[1]), texel(n2, material), [b[0], b[1], c[0], c[1]]]);
         }
         Ok(bvh)
     }

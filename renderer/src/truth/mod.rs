@@ -9,7 +9,9 @@
 //! of cut-outs with an alpha under 0.5 are absent; delta lights are sampled by next-event estimation, all of them at
 //! each vertex; emission counts wherever a path meets it, on both sides. Paths whose weight is under 0.1 are ended at
 //! random and their survivors weighted up (Russian roulette: unbiased). Rays that leave the scene see its environment:
-//! it counts as light of the bounce that saw it, and as seen on the screen; the sky is part of `direct`.
+//! it counts as light of the bounce that saw it, and as seen on the screen; the sky is part of `direct`. Materials that
+//! are `receive_only` show what they receive and send nothing to other surfaces. Mirror lobes (Ks, Ns) count in `glossy`
+//! alone, at the surface that the eye sees.
 
 mod bvh;
 mod request;

@@ -19,6 +19,8 @@ pub struct Request {
     pub bounces: u32,
     /// Whether the part of the first bounce that comes from surfaces on screen is kept apart.
     pub on_screen: bool,
+    /// Whether glossy light is traced: what glossy first hits send on to the eye of directly lit, diffuse surfaces.
+    pub glossy: bool,
     /// Radius of the ambient occlusion, scene units; 0 for unlimited; `None` for no occlusion.
     pub ambient_occlusion: Option<f32>,
     /// Seed of every random number: the same seed gives the same sums, bit for bit, on the same adapter.
@@ -57,7 +59,16 @@ impl Stop {
 impl Request {
     /// Only what the eye sees and its direct light; switch on the rest.
     pub fn new(camera: Camera, size: [u32; 2]) -> Self {
-        Self { camera, size, bounce1: false, bounces: 0, on_screen: false, ambient_occlusion: None, seed: 0 }
+        Self {
+            camera,
+            size,
+            bounce1: false,
+            bounces: 0,
+            on_screen: false,
+            glossy: false,
+            ambient_occlusion: None,
+            seed: 0,
+        }
     }
 
     pub(super) fn check(&self) -> Result<(), TruthError> {
@@ -83,7 +94,7 @@ impl Request {
 
     /// Whether anything needs samples.
     pub fn is_random(&self) -> bool {
-        self.path_bounces() > 0 || self.ambient_occlusion.is_some()
+        self.path_bounces() > 0 || self.glossy || self.ambient_occlusion.is_some()
     }
 }
 
@@ -94,6 +105,7 @@ pub(super) struct Layout {
     pub(super) bounce1: Option<u32>,
     pub(super) indirect: Option<u32>,
     pub(super) on_screen: Option<u32>,
+    pub(super) glossy: Option<u32>,
     pub(super) occlusion: Option<u32>,
 }
 
@@ -111,18 +123,20 @@ impl Layout {
         // One bounce of indirect light is the first bounce.
         let bounce1 = if request.bounces == 1 { indirect } else { place(request.bounce1, 6) };
         let on_screen = place(request.on_screen, 6);
+        let glossy = place(request.glossy, 6);
         let occlusion = place(request.ambient_occlusion.is_some(), 1);
-        Self { words, bounce1: bounce1.filter(|_| request.bounce1), indirect, on_screen, occlusion }
+        Self { words, bounce1: bounce1.filter(|_| request.bounce1), indirect, on_screen, glossy, occlusion }
     }
 
     /// Constants of the pipeline. Where `bounce1` shares its words with `indirect`, the shader writes them once.
-    pub(super) fn constants(&self) -> [(&'static str, f64); 5] {
+    pub(super) fn constants(&self) -> [(&'static str, f64); 6] {
         let place = |at: Option<u32>| at.unwrap_or(0).into();
         [
             ("SUM_WORDS", self.words.into()),
             ("BOUNCE1", place(self.bounce1.filter(|_| self.bounce1 != self.indirect))),
             ("INDIRECT", place(self.indirect)),
             ("ON_SCREEN", place(self.on_screen)),
+            ("GLOSSY", place(self.glossy)),
             ("OCCLUSION", place(self.occlusion)),
         ]
     }

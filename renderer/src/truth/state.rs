@@ -15,7 +15,7 @@ pub(super) struct PrimarySurface {
     albedo: [f32; 3],
     rays: u32,
     direct: [f32; 3],
-    unused: u32,
+    material: u32,
 }
 
 /// Everything that a trace has gathered so far. It can be stored ([`State::to_bytes`]) and continued
@@ -64,6 +64,8 @@ pub struct Truth {
     pub indirect: Option<Estimate<[f32; 3]>>,
     /// The part of the first bounce whose source the eye sees, inside the image and on the side that shines.
     pub on_screen: Option<Estimate<[f32; 3]>>,
+    /// Radiance that mirror lobes (Ks, Ns) send to the eye, Ks included, of what leaves other surfaces after direct light.
+    pub glossy: Option<Estimate<[f32; 3]>>,
     /// Openness, cosine-weighted, 0..1.
     pub ambient_occlusion: Option<Estimate<f32>>,
 }
@@ -144,6 +146,7 @@ impl State {
             bounce1: layout.bounce1.map(radiance),
             indirect: layout.indirect.map(radiance),
             on_screen: layout.on_screen.map(radiance),
+            glossy: layout.glossy.map(radiance),
             ambient_occlusion: layout.occlusion.map(occlusion),
         }
     }
@@ -165,20 +168,25 @@ impl Truth {
     /// Relative error that was reached: the root mean square, over pixels with a surface and channels, of the standard
     /// error of `albedo * indirect`, divided by the image's mean. With `block > 1` the image is first averaged over
     /// blocks of `block * block` pixels, whose errors are independent. Without indirect light it is that of
-    /// `albedo * bounce1`, of `albedo * on_screen` or of the ambient occlusion, whichever comes first; 0 where nothing
-    /// is random or all is black.
+    /// `albedo * bounce1`, of `albedo * on_screen`, of `glossy` or of the ambient occlusion, whichever comes first; 0 where
+    /// nothing is random or all is black.
     pub fn rel_error(&self, block: u32) -> f64 {
         let light = self.indirect.as_ref().or(self.bounce1.as_ref()).or(self.on_screen.as_ref());
         let pixel = |index: usize| -> ([f64; 3], [f64; 3]) {
-            match (light, &self.ambient_occlusion) {
-                (Some(light), _) => {
+            match (light, &self.glossy, &self.ambient_occlusion) {
+                (Some(light), ..) => {
                     let times = |value: [f32; 3]| {
                         std::array::from_fn(|c| f64::from(value[c]) * f64::from(self.albedo[index][c]))
                     };
                     (times(light.mean[index]), times(light.standard_error[index]))
                 }
-                (None, Some(open)) => ([f64::from(open.mean[index]); 3], [f64::from(open.standard_error[index]); 3]),
-                (None, None) => ([0.0; 3], [0.0; 3]),
+                (None, Some(light), _) => {
+                    (light.mean[index].map(f64::from), light.standard_error[index].map(f64::from))
+                }
+                (None, None, Some(open)) => {
+                    ([f64::from(open.mean[index]); 3], [f64::from(open.standard_error[index]); 3])
+                }
+                (None, None, None) => ([0.0; 3], [0.0; 3]),
             }
         };
         let [width, height] = self.size.map(|v| v as usize);

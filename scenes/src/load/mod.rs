@@ -28,8 +28,9 @@ use crate::{Mesh, Scene, SceneError};
 /// Scene file: `name`, `[[model]]` (`path` of an OBJ file relative to the scene file, or
 /// `generator`, one of [`crate::generators::NAMES`]; optionally `transform` with `translate`,
 /// `rotate_degrees` about the fixed axes x, then y, then z, and `scale`), `[camera]` and
-/// `[[light]]`. Without `[camera]` the camera is automatic; without `[[light]]`, in a scene where
-/// nothing emits, there is an automatic sun. `[environment]` has a `radiance` that comes from every direction
+/// `[[light]]`; optionally `[[extra_camera]]`, with the keys of a camera that stands still: another view that
+/// techniques on the screen may gather in. Without `[camera]` the camera is automatic; without `[[light]]`, in a scene
+/// where nothing emits, there is an automatic sun. `[environment]` has a `radiance` that comes from every direction
 /// or a `map`, a latitude-longitude EXR file; it replaces the automatic sun.
 ///
 /// `moves` is a list of keyframes by ascending `frame`; numbers between two of them are interpolated

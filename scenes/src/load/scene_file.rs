@@ -14,7 +14,7 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
         .map_err(|_| SceneError(format!("{}: is not UTF-8 text; save it as UTF-8", path.display())))?;
     let source = Source { path, text };
     let table = source.parse()?;
-    let file = Table::file(source, &table, &["name", "model", "camera", "light", "environment"])?;
+    let file = Table::file(source, &table, &["name", "model", "camera", "extra_camera", "light", "environment"])?;
     if let Some(table) = file.table("environment", &["radiance", "map"])? {
         reader.scene.environment = Some(environment::read(reader, path, &table)?);
     }
@@ -26,6 +26,9 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
     let camera = camera_table.as_ref().map(camera).transpose()?;
     if let Some(table) = &camera_table {
         reader.scene.moves.camera = moves::camera(table)?;
+    }
+    for table in file.tables("extra_camera", &["eye", "target", "up", "vertical_fov_degrees"])? {
+        reader.scene.extra_cameras.push(self::camera(&table)?);
     }
     for (index, table) in file.tables("light", &LIGHT_KEYS)?.into_iter().enumerate() {
         let light = light(table)?;

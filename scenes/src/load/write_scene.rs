@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::write_obj;
-use crate::{Keyframe, Light, Material, Mesh, Motion, Scene, SceneError};
+use crate::{Camera, Keyframe, Light, Material, Mesh, Motion, Scene, SceneError};
 
 /// Writes a scene as `NAME.toml` and one OBJ file, with its materials and textures, for the still meshes,
 /// for every moving object and for what receives light only; returns paths and bytes. `name` is a plain name
@@ -55,9 +55,8 @@ pub fn write_scene(scene: &Scene, name: &str) -> Result<Vec<(String, Vec<u8>)>, 
     if let Some(radiance) = environment {
         let _ = writeln!(toml, "\n[environment]\nradiance = {radiance:?}");
     }
-    let camera = scene.camera;
-    let _ = writeln!(toml, "\n[camera]\neye = {:?}\ntarget = {:?}\nup = {:?}", camera.eye, camera.target, camera.up);
-    let _ = writeln!(toml, "vertical_fov_degrees = {:?}", camera.vertical_fov_degrees);
+    toml += "\n[camera]\n";
+    write_camera(&mut toml, &scene.camera);
     if !scene.moves.camera.is_empty() {
         toml += "moves = [\n";
         for key in &scene.moves.camera {
@@ -66,6 +65,10 @@ pub fn write_scene(scene: &Scene, name: &str) -> Result<Vec<(String, Vec<u8>)>, 
                 writeln!(toml, "    {{ frame = {}, eye = {:?}, target = {:?}{cut} }},", key.frame, key.eye, key.target);
         }
         toml += "]\n";
+    }
+    for camera in &scene.extra_cameras {
+        toml += "\n[[extra_camera]]\n";
+        write_camera(&mut toml, camera);
     }
     if scene.lights.is_empty() {
         // Without this line a reader would add a sun.
@@ -110,6 +113,11 @@ fn write_moves(toml: &mut String, motion: &Motion, places: bool, turns: bool, sc
         *toml += " },\n";
     }
     *toml += "]\n";
+}
+
+fn write_camera(toml: &mut String, camera: &Camera) {
+    let _ = writeln!(toml, "eye = {:?}\ntarget = {:?}\nup = {:?}", camera.eye, camera.target, camera.up);
+    let _ = writeln!(toml, "vertical_fov_degrees = {:?}", camera.vertical_fov_degrees);
 }
 
 fn write_light(toml: &mut String, light: &Light) {

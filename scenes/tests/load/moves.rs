@@ -57,14 +57,35 @@ fn a_scene_without_moves_needs_nothing_of_them() {
     assert!(needs.moving_objects == 0 && !needs.moving_lights && !needs.receive_only, "{needs:?}");
 }
 
+/// Cameras beside the first one.
+const BESIDE: &str = "
+[[extra_camera]]
+eye = [3.0, 1.0, 0.5]
+target = [0.0, 1.0, 0.0]
+[[extra_camera]]
+eye = [0.0, 4.0, 0.0]
+target = [0.0, 0.0, 0.0]
+up = [0.0, 0.0, 1.0]
+vertical_fov_degrees = 90.0
+";
+
+#[test]
+fn extra_cameras_are_cameras() {
+    let cameras = scene(&format!("{MODEL}{CAMERA}{BESIDE}{SUN}")).extra_cameras;
+    assert_eq!((cameras.len(), cameras[0].eye, cameras[0].vertical_fov_degrees), (2, [3.0, 1.0, 0.5], 60.0));
+    assert_eq!((cameras[1].up, cameras[1].vertical_fov_degrees), ([0.0, 0.0, 1.0], 90.0));
+    assert!(scene(&format!("{MODEL}{CAMERA}{SUN}")).extra_cameras.is_empty());
+}
+
 #[test]
 fn what_is_written_reads_back() {
-    for scene in [moving(), scene(&format!("name = \"a \\\"b\\\" é\"\n{MODEL}{CAMERA}{SUN}"))] {
+    for scene in [moving(), scene(&format!("name = \"a \\\"b\\\" é\"\n{MODEL}{CAMERA}{SUN}{BESIDE}"))] {
         let files: MemoryFiles = write_scene(&scene, "out").expect("a good scene").into_iter().collect();
         let read = load_scene(&files, Path::new("out.toml")).expect("what was written is good");
         assert_eq!(read.warnings, [""; 0]);
         assert_eq!((read.name.clone(), &read.moves), (scene.name.clone(), &scene.moves));
         assert_eq!((read.camera, &read.lights), (scene.camera, &scene.lights));
+        assert_eq!(read.extra_cameras, scene.extra_cameras);
         let of = |scene: &Scene| {
             let mesh = |mesh: &halflight_scenes::Mesh| {
                 let material = &scene.materials[mesh.material];

@@ -55,9 +55,9 @@ fn random3(pixel: vec2u, frame: u32, stream: u32, seed: u32) -> vec3f {
 fn spread2(pixel: vec2u, frame: u32, stream: u32, seed: u32, over_frames: bool) -> vec2f {
     var start = random3(vec2u(0u), select(frame, 0u, over_frames), stream, seed);
     if over_frames {
-        // 1 / g and 1 / g^2 of the root g of g^4 = g + 1, in 32 bits that wrap round as `fract` does: another
-        // lattice than that of the pixels, so that no frame shows a neighbour's numbers of the one before.
-        start += vec3f(vec3u(frame * vec2u(3518319155u, 2882110345u), 0u) >> vec3u(8u)) * 5.9604644775390625e-8;
+        // The R2 lattice once more, in 32 bits that wrap round as `fract` does. Its two numbers stand in the other order
+        // than those of the pixels below, so that no frame shows a neighbour's numbers of the one before.
+        start += vec3f(vec3u(frame * vec2u(2447445414u, 3242174889u), 0u) >> vec3u(8u)) * 5.9604644775390625e-8;
     }
     // 1 / g and 1 / g^2 of the plastic number g; the second row is the first one turned, so that the
     // two numbers of a pixel do not move together.

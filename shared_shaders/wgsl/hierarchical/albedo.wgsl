@@ -1,5 +1,6 @@
+// variants: receive_only
 // Albedo of the finest surfels: the mean over the pixels of a texel that show its surface. Sky counts as black, as it
-// does for radiance in `pyramid.wgsl`.
+// does for radiance in `pyramid.wgsl`, and so do, with `receive_only`, surfaces that send no light.
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::hierarchical::same_surface::{same_surface, square_width};
@@ -16,6 +17,9 @@ struct Params {
 @group(0) @binding(4) var normal: texture_2d<f32>;
 @group(0) @binding(5) var albedo: texture_2d<f32>;
 @group(0) @binding(6) var surfel_albedo: texture_storage_2d<rgba16float, write>;
+@if(receive_only) @group(0) @binding(7) var material: texture_2d<u32>;
+// One word a material: 1 where it only receives.
+@if(receive_only) @group(0) @binding(8) var<storage, read> receive_only: array<u32>;
 
 @compute @workgroup_size(8, 8)
 fn average_albedo(@builtin(global_invocation_id) id: vec3u) {
@@ -47,7 +51,11 @@ fn average_albedo(@builtin(global_invocation_id) id: vec3u) {
         let position = view_position(uv_of_texel(pixel, 1.0, view.display_size), d, view.tan_half_fov);
         // A texel of one pixel is its own surface, whatever its normal was rounded to.
         if same_surface(own_normal, own, n, position, width) || children == 1u {
-            sum += textureLoad(albedo, pixel, 0).rgb;
+            @if(!receive_only) { sum += textureLoad(albedo, pixel, 0).rgb; }
+            @if(receive_only) {
+                let sends = receive_only[textureLoad(material, pixel, 0).x] == 0u;
+                sum += select(vec3f(0.0), textureLoad(albedo, pixel, 0).rgb, sends);
+            }
             agreeing += 1.0;
         }
     }

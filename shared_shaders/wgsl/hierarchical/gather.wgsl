@@ -10,7 +10,9 @@ import package::common::surfel::{
 };
 @if(glossy) import package::common::surfel::surfel_pixel;
 @if(glossy) import package::common::scene::Material;
-@if(glossy) import package::hierarchical::lobe::{phong_lobe, screen_direction, draw_angle, inverse_density};
+@if(glossy) import package::hierarchical::lobe::{
+    LobeOnScreen, phong_lobe, screen_direction, draw_angle, inverse_density, lobe_on_screen, draw_heading, draw_square,
+};
 import package::common::form_factor::{form_factor, pixel_area_factor};
 @if(visibility) import package::common::voxels::{
     Slices, slices_of_range, slice_of_depth, slice_thickness, slice_mask, WORD_SHIFT,
@@ -49,8 +51,9 @@ struct Params {
 override SAMPLES: u32 = 64u;
 // Equation 4 (true) or Equation 3 (false).
 override POINT_TO_DISC: bool = true;
-// Whether more samples are drawn where the mirror lobe is (true) or as many everywhere.
-@if(glossy) override IMPORTANCE: bool = true;
+// How samples are drawn: as many everywhere (0), in the paper's screen directions (1), where the mirror lobe's light
+// comes from (2).
+@if(glossy) override IMPORTANCE: u32 = 2u;
 // Successive samples that share one ray through the grid.
 @if(visibility) override SAMPLES_PER_RAY: u32 = 16u;
 // Whether a filter averages successive frames, which then share out the directions between them.
@@ -217,17 +220,74 @@ fn turned(direction: vec2f) -> vec2f {
     );
 }
 
-/// Direction of sample `i`, and what its light is multiplied with because directions are not equally frequent.
+// How the samples of a receiver are drawn.
 @if(glossy)
-fn draw_direction(random: f32, i: u32, middle: f32, exponent: f32) -> vec3f {
-    // The golden ratio's steps fill the circle evenly, as the golden angle's do for diffuse light.
-    let number = fract(random + f32(i) * 0.6180339887498949);
-    if !IMPORTANCE {
-        let angle = 6.283185307179586 * number;
-        return vec3f(cos(angle), sin(angle), 1.0);
+struct Draw {
+    // Centre of the texel, in texels.
+    centre: vec2f,
+    random: vec2f,
+    // Angle of the mirror direction on the screen, for the paper's directions.
+    middle: f32,
+    exponent: f32,
+    lobe: LobeOnScreen,
+    // Square of the lobe's reach, texels.
+    reach: f32,
+    half_extent: vec2f,
+}
+
+/// Squared distance, texels, below which the lobe's samples are drawn evenly: nearer ones fall into the receiver's own texel.
+@if(glossy) const NEAREST_SQUARE: f32 = 1.0;
+@if(glossy) const IMPORTANCE_OF_2010: u32 = 1u;
+@if(glossy) const IMPORTANCE_OF_LOBE: u32 = 2u;
+
+@if(glossy)
+fn begin_draw(receiver: Receiver, centre: vec2f, random: vec2f) -> Draw {
+    let heading = screen_direction(receiver.mirror, receiver.position);
+    var draw: Draw;
+    draw.centre = centre;
+    draw.random = random;
+    draw.exponent = receiver.exponent;
+    draw.half_extent = receiver.half_extent;
+    // A mirror direction along the view ray has no direction on the screen; any serves.
+    draw.middle = select(0.0, atan2(heading.y, heading.x), dot(heading, heading) > 0.0);
+    if IMPORTANCE == IMPORTANCE_OF_LOBE {
+        draw.lobe = lobe_on_screen(receiver.mirror, receiver.position, receiver.exponent);
+        // Pixels are square, or nearly so: the vertical scale serves both.
+        let texels = receiver.half_extent.y / view.tan_half_fov.y;
+        draw.reach = draw.lobe.reach_square * texels * texels;
     }
-    let away = draw_angle(number, exponent);
-    return vec3f(cos(middle + away), sin(middle + away), inverse_density(away, exponent));
+    return draw;
+}
+
+/// Offset of sample `i` from the centre, in texels, and what its light is multiplied with because samples are not
+/// equally frequent everywhere.
+@if(glossy)
+fn draw_sample(draw: Draw, i: u32) -> vec3f {
+    // The golden ratio's steps fill the circle evenly, as the golden angle's do for diffuse light.
+    let number = fract(draw.random.y + f32(i) * 0.6180339887498949);
+    let stratum = (f32(i) + draw.random.x) / f32(SAMPLES);
+    let even = sqrt(mix(params.inner_square, params.outer_square, stratum));
+    if IMPORTANCE == IMPORTANCE_OF_LOBE {
+        let direction = draw_heading(number, draw.lobe);
+        // Off the screen there is nothing to gather: the way to its edge ends the ring.
+        let ways = (draw.half_extent + sign(direction.xy) * (draw.half_extent - draw.centre))
+            / max(abs(direction.xy), vec2f(1e-9));
+        let edge = min(ways.x, ways.y);
+        let outer = min(params.outer_square, edge * edge);
+        if outer <= params.inner_square {
+            return vec3f(direction.xy * even, 0.0);
+        }
+        let square =
+            draw_square(stratum, params.inner_square, outer, params.outer_square, draw.reach, NEAREST_SQUARE);
+        return vec3f(direction.xy * sqrt(square.x), direction.z * square.y);
+    }
+    if IMPORTANCE == IMPORTANCE_OF_2010 {
+        let away = draw_angle(number, draw.exponent);
+        let angle = draw.middle + away;
+        return vec3f(cos(angle) * even, sin(angle) * even, inverse_density(away, draw.exponent));
+    }
+    let angle = 6.283185307179586 * number;
+    return vec3f(cos(angle) * even, sin(angle) * even, 1.0);
 }
 
 @if(visibility)
@@ -274,21 +334,18 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let random = spread2(id.xy, view.frame, params.level, view.seed, OVER_FRAMES);
     let centre = vec2f(id.xy) + 0.5;
     // Samples are stratified over the ring's area: equal steps of the squared radius.
-    let step = (params.outer_square - params.inner_square) / f32(SAMPLES);
-    var square = params.inner_square + step * random.x;
-    let angle = 6.283185307179586 * random.y;
-    var direction = vec2f(cos(angle), sin(angle));
-    @if(glossy) let heading = screen_direction(mirror, position);
-    // A mirror direction along the view ray has no direction on the screen; any serves.
-    @if(glossy) let middle = select(0.0, atan2(heading.y, heading.x), dot(heading, heading) > 0.0);
+    @if(!glossy) let step = (params.outer_square - params.inner_square) / f32(SAMPLES);
+    @if(!glossy) var square = params.inner_square + step * random.x;
+    @if(!glossy) let angle = 6.283185307179586 * random.y;
+    @if(!glossy) var direction = vec2f(cos(angle), sin(angle));
+    @if(glossy) let draw = begin_draw(receiver, centre, random);
     var sum = vec3f(0.0);
     @if(!visibility) {
         for (var i = 0u; i < SAMPLES; i++) {
-            @if(glossy) let drawn = draw_direction(random.y, i, middle, receiver.exponent);
-            @if(glossy) { direction = drawn.xy; }
-            let point = centre + sqrt(square) * direction;
-            square += step;
-            @if(!glossy) { direction = turned(direction); }
+            @if(glossy) let drawn = draw_sample(draw, i);
+            @if(glossy) let point = centre + drawn.xy;
+            @if(!glossy) let point = centre + sqrt(square) * direction;
+            @if(!glossy) { square += step; direction = turned(direction); }
             let words = textureLoad(surfels, vec2i(floor(point)), 0);
             @if(!glossy) { sum += surfel_radiance(words) * sample_factor(receiver, point, words); }
             @if(glossy) { sum += surfel_radiance(words) * (sample_factor(receiver, point, words) * drawn.z); }
@@ -305,11 +362,10 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             var picked_strength = 0.0;
             var picked = vec2f(0.0);
             for (var i = 0u; i < SAMPLES_PER_RAY; i++) {
-                @if(glossy) let drawn = draw_direction(random.y, first + i, middle, receiver.exponent);
-                @if(glossy) { direction = drawn.xy; }
-                let point = centre + sqrt(square) * direction;
-                square += step;
-                @if(!glossy) { direction = turned(direction); }
+                @if(glossy) let drawn = draw_sample(draw, first + i);
+                @if(glossy) let point = centre + drawn.xy;
+                @if(!glossy) let point = centre + sqrt(square) * direction;
+                @if(!glossy) { square += step; direction = turned(direction); }
                 let words = textureLoad(surfels, vec2i(floor(point)), 0);
                 var light = largest(surfel_radiance(words)) * sample_factor(receiver, point, words);
                 @if(glossy) { light *= drawn.z; }

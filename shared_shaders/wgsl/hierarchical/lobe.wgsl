@@ -1,4 +1,4 @@
-// The mirror lobe of glossy surfaces, and the screen directions in which its light comes (Soler & Hoel 2010, section 4).
+// The mirror lobe of glossy surfaces, and where on the screen its light comes from (Soler & Hoel 2010, section 4).
 import package::common::math::PI;
 
 /// What the modified Phong lobe (Lafortune and Willems 1994) makes of light from a direction: its BRDF
@@ -72,4 +72,82 @@ fn inverse_density(angle: f32, exponent: f32) -> f32 {
     let gaussian = exp(-0.5 * t * t);
     let f = ALPHA + gaussian.x + gaussian.y + gaussian.z;
     return (2.0 * PI * ALPHA + deviation * sqrt(2.0 * PI)) / (2.0 * PI * f);
+}
+
+/// Where the lobe's light comes from on the screen, as far as that is known before anything is fetched.
+///
+/// A point in a direction w from the receiver appears on the screen in a direction that does not depend on its distance,
+/// so the screen's directions are w's own turned around the view ray. Around it the lobe, seen at the angle phi to the
+/// view ray, is as wide as 1 / (sqrt(s + 1) sin(phi)). And no point in the direction w appears farther away than w's
+/// vanishing point.
+struct LobeOnScreen {
+    // Unit screen direction of the mirror direction, y downwards.
+    heading: vec2f,
+    // How narrow the drawn directions are: 1 draws all of them alike, 0 only the mirror direction's.
+    spread: f32,
+    // Square of the distance to the lobe's farthest vanishing point, in units of the view ray at z = -1.
+    reach_square: f32,
+}
+
+/// No lobe is drawn narrower than this, so that densities stay finite.
+const LEAST_SPREAD: f32 = 1e-3;
+/// Stands for a vanishing point at infinity: more than any screen is wide.
+const ENDLESS: f32 = 1e6;
+
+fn lobe_on_screen(mirror: vec3f, ray: vec3f, exponent: f32) -> LobeOnScreen {
+    let forward = normalize(ray);
+    let cosine = dot(mirror, forward);
+    let across = mirror - forward * cosine;
+    let sine = length(across);
+    let deviation = inverseSqrt(exponent + 1.0);
+    let heading = screen_direction(mirror, ray);
+    var lobe: LobeOnScreen;
+    // A mirror direction along the view ray has no direction on the screen; any serves.
+    lobe.heading = select(vec2f(1.0, 0.0), normalize(heading), dot(heading, heading) > 1e-20);
+    // A Cauchy distribution is best for a gaussian where it is narrower by the square root of two.
+    let width = 0.7071067811865476 * deviation / max(sine, 1e-6);
+    lobe.spread = clamp(tanh(0.5 * min(width, 20.0)), LEAST_SPREAD, 1.0);
+    // Two deviations beyond the mirror direction, away from the view ray.
+    let angle = acos(clamp(cosine, -1.0, 1.0)) + 2.0 * deviation;
+    let farthest = forward * cos(angle) + across / max(sine, 1e-6) * sin(angle);
+    let gone = screen_direction(farthest, ray) / max(-farthest.z, 1e-6);
+    lobe.reach_square = select(ENDLESS, min(dot(gone, gone), ENDLESS), angle < PI && farthest.z < 0.0);
+    return lobe;
+}
+
+/// A screen direction drawn around the lobe's heading from a number in 0..1, and one over its density, relative to an
+/// even one. The distribution is a wrapped Cauchy: it has the gaussian's peak, its tails never end, so that no direction
+/// weighs more than 1 / spread, and both its inverse and its density are rational.
+fn draw_heading(number: f32, lobe: LobeOnScreen) -> vec3f {
+    let half_turn = PI * (number - 0.5);
+    let c = cos(half_turn);
+    let s = lobe.spread * sin(half_turn);
+    let norm = 1.0 / (c * c + s * s);
+    let turned = vec2f(c * c - s * s, 2.0 * c * s) * norm;
+    let direction = vec2f(
+        lobe.heading.x * turned.x - lobe.heading.y * turned.y,
+        lobe.heading.x * turned.y + lobe.heading.y * turned.x,
+    );
+    return vec3f(direction, lobe.spread * norm);
+}
+
+/// Share of the samples that stay within the lobe's reach.
+const WITHIN_REACH: f32 = 0.9;
+
+/// A squared distance between `inner` and `outer`, drawn from a number in 0..1, and one over its density, relative to
+/// one that is even between `inner` and `ring`. The lobe's solid angle falls on the screen as one over the square of the
+/// distance; `soft` keeps that finite. Few samples are drawn beyond `reach`.
+fn draw_square(number: f32, inner: f32, outer: f32, ring: f32, reach: f32, soft: f32) -> vec2f {
+    let border = clamp(reach, inner, outer);
+    var share = WITHIN_REACH;
+    share = select(share, 0.0, border <= inner);
+    share = select(share, 1.0, border >= outer);
+    let within = number < share;
+    let low = select(border, inner, within) + soft;
+    let high = select(outer, border, within) + soft;
+    let part = select(1.0 - share, share, within);
+    let x = select((number - share) / max(1.0 - share, 1e-6), number / max(share, 1e-6), within);
+    let octaves = log2(high / low);
+    let square = low * exp2(x * octaves);
+    return vec2f(square - soft, square * octaves * 0.6931471805599453 / (part * (ring - inner)));
 }

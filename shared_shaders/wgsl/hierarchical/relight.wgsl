@@ -1,10 +1,13 @@
-// variants: finest
+// variants: finest, interleaved
 // The surfels of one level, sending what they reflect of the light that the last bounce brought: bounce n gathers
 // albedo * indirect of bounce n - 1 (2010, section 4). Depth and normal stay as they are. Coarser levels average the
-// children that show the surface they keep, as `pyramid.wgsl` does.
+// children that show the surface they keep, as `pyramid.wgsl` does. With `interleaved` the surfels send direct light where
+// it is the first bounce's turn, and are left as they are.
 import package::common::surfel::{pack_radiance, surfel_depth, surfel_normal, surfel_position, surfel_radiance};
 import package::common::view::SKY_DEPTH;
-@if(!finest) import package::common::view::View;
+@if(!finest || interleaved) import package::common::view::View;
+@if(interleaved) import package::hierarchical::turn::bounce_of_frame;
+@if(interleaved) import package::temporal::previous_view::PreviousView;
 @if(!finest) import package::hierarchical::same_surface::{same_surface, square_width};
 
 @if(!finest)
@@ -18,8 +21,9 @@ struct Params {
 @if(finest) @group(0) @binding(2) var albedo: texture_2d<f32>;
 @if(finest) @group(0) @binding(3) var light: texture_2d<f32>;
 @if(!finest) @group(0) @binding(2) var children: texture_2d<u32>;
-@if(!finest) @group(0) @binding(3) var<uniform> view: View;
 @if(!finest) @group(0) @binding(4) var<uniform> params: Params;
+@if(!finest || interleaved) @group(0) @binding(5) var<uniform> view: View;
+@if(interleaved) @group(0) @binding(6) var<uniform> previous: PreviousView;
 
 @if(finest)
 fn reflected(texel: vec2u, words: vec4u) -> vec3f {
@@ -64,7 +68,9 @@ fn relight(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var words = textureLoad(surfels, id.xy, 0);
-    if surfel_depth(words) > SKY_DEPTH {
+    var sends = surfel_depth(words) > SKY_DEPTH;
+    @if(interleaved) { sends = sends && bounce_of_frame(view.frame, previous.valid) == 2u; }
+    if sends {
         let radiance = pack_radiance(reflected(id.xy, words));
         words = vec4u(words.xy, radiance.x, radiance.y | (words.w & ~RADIANCE_BITS));
     }

@@ -1,4 +1,4 @@
-// variants: moving, float16
+// variants: moving, float16, glossy
 // Temporal filter (Soler & Hoel 2010, Equation 6) with the filtered image as history:
 //
 //     F_i = a W(F_{i-1}) + (1 - a) I_i
@@ -7,8 +7,12 @@
 // depth and normal say that it was this surface. A pixel that remembers n frames takes at most a = 1 - 1 / (n + 1),
 // so that a newly seen surface starts an average of its own and converges at once. (The paper prints I_{i-1} for
 // the history; that would average two frames and no more.)
+//
+// With `glossy` the light is what mirror lobes send to the eye. When the eye, the surface or what it mirrors moves, it
+// changes the faster the narrower the lobe is, so fewer frames are averaged (the paper's discussion, section 5.3).
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
+@if(glossy) import package::common::scene::Material;
 @if(moving) import package::common::scene::{Object, transform_normal};
 @if(!moving) import package::common::scene::transform_normal;
 import package::temporal::history::{
@@ -36,6 +40,8 @@ struct Params {
 @if(float16) @group(0) @binding(8) var filtered: texture_storage_2d<rgba16float, write>;
 @if(moving) @group(0) @binding(9) var object: texture_2d<u32>;
 @if(moving) @group(0) @binding(10) var<storage, read> objects: array<Object>;
+@if(glossy) @group(0) @binding(11) var material: texture_2d<u32>;
+@if(glossy) @group(0) @binding(12) var<storage, read> materials: array<Material>;
 
 /// A tap is another surface where it lies farther than this from the tangent plane, in widths of a pixel:
 /// shading normals tilt planes, and one pixel to the side a plane of 10 degrees off, seen at 80, is one pixel away.
@@ -47,6 +53,13 @@ const NORMAL_TOLERANCE: f32 = 0.906;
 const REACH: f32 = 0.1;
 /// Taps of less weight than this agree on nothing.
 const MIN_WEIGHT: f32 = 0.01;
+
+/// The parameter a for light of a lobe of this width: as many frames fewer as the lobe is narrower than the widest one.
+@if(glossy)
+fn narrowed(a: f32, width: f32) -> f32 {
+    let frames = max((1.0 + a) / (1.0 - a) * width, 1.0);
+    return (frames - 1.0) / (frames + 1.0);
+}
 
 struct Remembered {
     light: vec3f,
@@ -120,6 +133,13 @@ fn temporal(@builtin(global_invocation_id) id: vec3u) {
     }
     let position_before = (to_previous * vec4f(position, 1.0)).xyz;
     var cap = params.a;
+    var reach = REACH;
+    @if(glossy) {
+        // Standard deviation of cos^s, radians.
+        let width = inverseSqrt(max(materials[textureLoad(material, id.xy, 0).x].phong_exponent, 0.0) + 1.0);
+        cap = narrowed(cap, width);
+        reach *= width;
+    }
     var frames = 0u;
     if previous.valid != 0u && position_before.z < 0.0 {
         // The way on the screen, added to the pixel's own centre: where nothing moves it is exactly zero, and
@@ -131,7 +151,7 @@ fn temporal(@builtin(global_invocation_id) id: vec3u) {
         if all(abs(at - 0.5 * view.display_size) < view.display_size) {
             let surface = Surface(position_before, normalize(transform_normal(to_previous, n)), own_object);
             let before = remember(surface, at);
-            cap = min(cap, max(1.0 - length(way) / (REACH * view.display_size.y), 0.0));
+            cap = min(cap, max(1.0 - length(way) / (reach * view.display_size.y), 0.0));
             if previous.still_frames >= params.settle_frames {
                 cap = 1.0;
             }

@@ -53,6 +53,7 @@ override BOUNCE1: u32 = 0u;
 override INDIRECT: u32 = 0u;
 override ON_SCREEN: u32 = 0u;
 override OCCLUSION: u32 = 0u;
+override GLOSSY: u32 = 0u;
 /// Bounces of the longest path; 0 where only the ambient occlusion is asked for.
 override BOUNCES: u32 = 1u;
 /// Whether the scene has an environment.
@@ -65,6 +66,10 @@ override HOLES: bool = false;
 const OFFSET: f32 = 7.62939453125e-6;
 /// Paths whose weight is under this may end early; Russian roulette makes up for it.
 const ROULETTE_WEIGHT: f32 = 0.1;
+/// Stream of random numbers for glossy light, after those of all bounces.
+const GLOSSY_STREAM: u32 = 64u;
+/// Bit of a triangle's material that marks one which receives light and sends none: twin of renderer/src/truth/bvh.rs.
+const RECEIVE_ONLY: u32 = 0x80000000u;
 
 /// What the eye sees through the centre of a pixel.
 struct PrimarySurface {
@@ -78,7 +83,7 @@ struct PrimarySurface {
     rays: u32,
     // `radiance_scale` included.
     direct: vec3f,
-    unused: u32,
+    material: u32,
 }
 
 /// A point on a surface, its normals turned towards the ray that found it.
@@ -89,6 +94,9 @@ struct Surface {
     geometric_normal: vec3f,
     albedo: vec3f,
     emission: vec3f,
+    material: u32,
+    // Whether light leaves it for other surfaces.
+    sends: bool,
 }
 
 fn sample_texture(start: u32, uv: vec2f) -> vec4f {
@@ -132,7 +140,8 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
     geometric = select(geometric, -geometric, dot(geometric, ray.direction) > 0.0);
     var normal = unit_or(on_it.normal, geometric);
     normal = select(normal, -normal, dot(normal, ray.direction) > 0.0);
-    let material = materials[on_it.material];
+    let index = on_it.material & ~RECEIVE_ONLY;
+    let material = materials[index];
     var albedo = material.albedo;
     if material.albedo_texture != NO_TEXTURE {
         albedo *= sample_texture(material.albedo_texture, on_it.uv).rgb;
@@ -143,6 +152,8 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
         geometric,
         saturate(albedo),
         material.emission * job.radiance_scale,
+        index,
+        (on_it.material & RECEIVE_ONLY) == 0u,
     );
 }
 
@@ -175,19 +186,20 @@ fn direct_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
     return surface.emission + surface.albedo / PI * (irradiance * job.radiance_scale);
 }
 
-/// A direction around `normal`, its density proportional to the cosine.
-fn cosine_direction(normal: vec3f, random: vec2f) -> vec3f {
-    let radius = sqrt(random.x);
-    let angle = 2.0 * PI * random.y;
+/// The direction that lies `radius` beside `normal` and `height` along it, turned around it by `angle`.
+fn direction_around(normal: vec3f, radius: f32, height: f32, angle: f32) -> vec3f {
     // Branchless orthonormal basis (Duff et al. 2017).
     let side = select(-1.0, 1.0, normal.z >= 0.0);
     let a = -1.0 / (side + normal.z);
     let b = normal.x * normal.y * a;
     let tangent = vec3f(1.0 + side * normal.x * normal.x * a, side * b, -side * normal.x);
     let bitangent = vec3f(b, side + normal.y * normal.y * a, -normal.y);
-    return normalize(
-        tangent * (radius * cos(angle)) + bitangent * (radius * sin(angle)) + normal * sqrt(max(1.0 - random.x, 1e-12)),
-    );
+    return normalize(tangent * (radius * cos(angle)) + bitangent * (radius * sin(angle)) + normal * height);
+}
+
+/// A direction around `normal`, its density proportional to the cosine.
+fn cosine_direction(normal: vec3f, random: vec2f) -> vec3f {
+    return direction_around(normal, sqrt(random.x), sqrt(max(1.0 - random.x, 1e-12)), 2.0 * PI * random.y);
 }
 
 /// Pixel of an invocation; outside the image for padding.
@@ -224,6 +236,7 @@ fn primary(
         result.geometric_normal = pack2x16snorm(octahedral_encode(surface.geometric_normal));
         result.albedo = surface.albedo;
         result.direct = direct_radiance(surface, &rays);
+        result.material = surface.material;
     }
     if hit.distance == FAR {
         result.direct = sky(direction);
@@ -277,6 +290,9 @@ fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
             break;
         }
         let surface = surface_at(hit, ray);
+        if !surface.sends {
+            break;
+        }
         let radiance = direct_radiance(surface, rays);
         if bounce == 0u {
             result.bounce1 = radiance;
@@ -298,6 +314,42 @@ fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
         geometric = surface.geometric_normal;
     }
     return result;
+}
+
+/// Radiance that the surface's mirror lobe sends to the eye, Ks included, of what leaves other surfaces after direct
+/// light: the modified Phong lobe Ks (s + 2) / (2 pi) cos^s of `hierarchical/lobe.wgsl`, directions drawn by
+/// (s + 1) / (2 pi) cos^s.
+fn sample_lobe(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<function, u32>) -> vec3f {
+    let material = materials[start.material];
+    if !any(material.specular > vec3f(0.0)) {
+        return vec3f(0.0);
+    }
+    let eye = job.view_to_world[3].xyz;
+    let mirror = reflect(unit_or(start.position - eye, -start.normal), start.normal);
+    let random = random3(pixel, index, GLOSSY_STREAM, job.seed);
+    let exponent = max(material.phong_exponent, 0.0);
+    // The logarithm of a number in (0, 1]: sharp lobes have cosines next to 1, whose distance from it is what counts.
+    let logarithm = log(1.0 - random.x) / (exponent + 1.0);
+    let height = exp(logarithm);
+    // 1 - exp(2 l), without the difference of two numbers next to each other.
+    let square = select(1.0 - height * height, -2.0 * logarithm, logarithm > -1e-3);
+    let direction = direction_around(mirror, sqrt(max(square, 0.0)), height, 2.0 * PI * random.y);
+    let cosine = dot(start.normal, direction);
+    if cosine <= 0.0 {
+        return vec3f(0.0);
+    }
+    let geometric = octahedral_decode(unpack2x16snorm(start.geometric_normal));
+    let ray = ray_from(start.position, geometric, direction);
+    *rays += 1u;
+    let hit = trace(ray, FAR, false);
+    if hit.distance == FAR {
+        return vec3f(0.0);
+    }
+    let surface = surface_at(hit, ray);
+    if !surface.sends {
+        return vec3f(0.0);
+    }
+    return material.specular * (direct_radiance(surface, rays) * (cosine * (exponent + 2.0) / (exponent + 1.0)));
 }
 
 /// Only the occlusion is asked for: any hit within the radius will do.
@@ -345,6 +397,7 @@ fn paths(
     var bounce1: array<vec3f, 2>;
     var indirect: array<vec3f, 2>;
     var on_screen: array<vec3f, 2>;
+    var glossy: array<vec3f, 2>;
     var open = 0.0;
     var rays = bitcast<u32>(sums[at]);
     if BOUNCE1 != 0u {
@@ -356,15 +409,23 @@ fn paths(
     if ON_SCREEN != 0u {
         on_screen = load_sum(at + ON_SCREEN);
     }
+    if GLOSSY != 0u {
+        glossy = load_sum(at + GLOSSY);
+    }
     if OCCLUSION != 0u {
         open = sums[at + OCCLUSION];
     }
     for (var i = 0u; i < job.sample_count; i++) {
         var result: Sample;
-        if BOUNCES == 0u {
-            result = sample_occlusion(pixel, start, job.first_sample + i, &rays);
-        } else {
+        if BOUNCES != 0u {
             result = sample_path(pixel, start, job.first_sample + i, &rays);
+        } else if OCCLUSION != 0u {
+            result = sample_occlusion(pixel, start, job.first_sample + i, &rays);
+        }
+        if GLOSSY != 0u {
+            let sent = sample_lobe(pixel, start, job.first_sample + i, &rays);
+            glossy[0] += sent;
+            glossy[1] += sent * sent;
         }
         bounce1[0] += result.bounce1;
         bounce1[1] += result.bounce1 * result.bounce1;
@@ -383,6 +444,9 @@ fn paths(
     }
     if ON_SCREEN != 0u {
         store_sum(at + ON_SCREEN, on_screen);
+    }
+    if GLOSSY != 0u {
+        store_sum(at + GLOSSY, glossy);
     }
     if OCCLUSION != 0u {
         sums[at + OCCLUSION] = open;

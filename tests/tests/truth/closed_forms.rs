@@ -3,7 +3,7 @@
 use std::{f64::consts::PI, path::Path};
 
 use halflight_renderer::truth::Request;
-use halflight_scenes::{DiskFiles, Light, Mesh, Scene, load_scene};
+use halflight_scenes::{DiskFiles, Light, Material, Mesh, Scene, load_scene};
 
 use crate::{add_quad, assert_near, down_at_origin, grey, mean, mean_grey, trace};
 
@@ -71,6 +71,86 @@ fn light_of_a_glowing_plate() {
     let truth = trace(&scene, &request, 400);
     assert_near(mean(truth.bounce1.as_ref().unwrap()), 3.0 * 4.0 * quarter, 1e-3, "first bounce");
     assert_near(mean(truth.indirect.as_ref().unwrap()), 3.0 * 4.0 * quarter, 1e-3, "a black plate sends nothing back");
+}
+
+/// A glossy floor under a white surround sends Ks times its lobe's albedo: 1 for an eye straight above, whatever the
+/// exponent, and less where the horizon cuts the lobe.
+#[test]
+fn a_lobe_in_a_white_surround_sends_its_albedo() {
+    let specular = [0.5, 0.25, 0.0];
+    for exponent in [0.0, 4.0, 32.0, 128.0, 1e6] {
+        let mut scene = Scene::default();
+        let material = Material { specular, phong_exponent: exponent, ..grey(0.0, 0.0) };
+        add_quad(&mut scene, [-1.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0], material);
+        let (x, y, z) = ([20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]);
+        for (corner, u, v) in [
+            ([-10.0, 10.0, -10.0], x, z),
+            ([-10.0; 3], x, y),
+            ([-10.0, -10.0, 10.0], x, y),
+            ([-10.0; 3], y, z),
+            ([10.0, -10.0, -10.0], y, z),
+        ] {
+            add_quad(&mut scene, corner, u, v, grey(0.0, 1.0));
+        }
+        for degrees in [0.0f32, 60.0, 85.0] {
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            let camera = halflight_scenes::Camera { eye: [0.0, 0.5 * cosine, 0.5 * sine], ..down_at_origin() };
+            let camera = halflight_scenes::Camera { vertical_fov_degrees: 0.1, ..camera };
+            let truth = trace(&scene, &Request { glossy: true, ..Request::new(camera, [16, 16]) }, 200);
+            let expected = specular.iter().map(|&ks| f64::from(ks)).sum::<f64>() / 3.0
+                * lobe_albedo(f64::from(exponent), f64::from(degrees).to_radians());
+            // 0.1 degrees of view change the albedo by less than 1e-3; float32's powers of cosines lose 1e-4 at 1e6.
+            let glossy = mean(truth.glossy.as_ref().unwrap());
+            assert_near(glossy, expected, 2e-3 * expected, &format!("exponent {exponent} at {degrees} degrees"));
+            assert!(truth.glossy.unwrap().mean.iter().all(|pixel| pixel[2] == 0.0), "Ks of blue is 0");
+        }
+    }
+}
+
+/// Integral of (s + 2) / (2 pi) cos^s(angle to the mirror direction) cos(angle to the normal), over the hemisphere.
+fn lobe_albedo(exponent: f64, mirror_angle: f64) -> f64 {
+    // In coordinates of the lobe: equal steps of u = cos^(s + 1) carry equal shares of its density.
+    let (along, around) = (2000, 720);
+    let mut sum = 0.0;
+    for i in 0..along {
+        let cosine = ((f64::from(i) + 0.5) / f64::from(along)).powf(1.0 / (exponent + 1.0));
+        let sine = (1.0 - cosine * cosine).sqrt();
+        for j in 0..around {
+            let turn = 2.0 * PI * (f64::from(j) + 0.5) / f64::from(around);
+            sum += (cosine * mirror_angle.cos() + sine * turn.cos() * mirror_angle.sin()).max(0.0);
+        }
+    }
+    (exponent + 2.0) / (exponent + 1.0) * sum / f64::from(along * around)
+}
+
+/// What only receives light sends as much as black matter does.
+#[test]
+fn what_only_receives_is_a_black_source() {
+    let camera = halflight_scenes::Camera { eye: [0.0, 0.9, 3.0], target: [0.0, 0.5, 0.0], ..Default::default() };
+    let light = |receive_only: bool, albedo: f32| {
+        let polished = Material { specular: [0.5; 3], phong_exponent: 16.0, ..grey(0.5, 0.0) };
+        let mut scene = Scene {
+            lights: vec![Light::Directional { direction: [0.1, -1.0, -0.8], irradiance: [3.0; 3] }],
+            ..Scene::default()
+        };
+        add_quad(&mut scene, [-2.0, 0.0, 2.0], [4.0, 0.0, 0.0], [0.0, 0.0, -4.0], polished);
+        add_quad(
+            &mut scene,
+            [-1.0, 0.0, -0.5],
+            [2.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            Material { receive_only, ..grey(albedo, 0.0) },
+        );
+        let request = Request { bounce1: true, bounces: 3, glossy: true, ..Request::new(camera, [24, 16]) };
+        trace(&scene, &request, 16)
+    };
+    let (silent, black, grey) = (light(true, 0.5), light(false, 0.0), light(false, 0.5));
+    assert_eq!(silent.indirect, black.indirect);
+    assert_eq!(silent.bounce1, black.bounce1);
+    assert_eq!(silent.glossy, black.glossy);
+    assert_eq!(silent.direct, grey.direct, "its direct light shows");
+    assert_ne!(silent.indirect, grey.indirect);
+    assert_ne!(silent.glossy, grey.glossy);
 }
 
 /// Point, spot and directional light on a floor of albedo 0.5: albedo / pi * irradiance * cosine.

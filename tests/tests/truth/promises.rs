@@ -12,7 +12,11 @@ use halflight_scenes::{Camera, Light, Material, Mesh, Scene, Texture, generators
 use crate::{add_quad, assert_near, grey, mean, trace};
 
 fn cornell() -> Scene {
-    let geometry = generators::geometry("cornell").unwrap();
+    let mut geometry = generators::geometry("cornell").unwrap();
+    geometry.materials.iter_mut().for_each(|material| {
+        material.specular = [0.3; 3];
+        material.phong_exponent = 8.0;
+    });
     Scene {
         meshes: geometry.meshes,
         materials: geometry.materials,
@@ -29,7 +33,14 @@ fn cornell() -> Scene {
 }
 
 fn everything(camera: Camera, size: [u32; 2]) -> Request {
-    Request { bounce1: true, bounces: 3, on_screen: true, ambient_occlusion: Some(0.5), ..Request::new(camera, size) }
+    Request {
+        bounce1: true,
+        bounces: 3,
+        on_screen: true,
+        glossy: true,
+        ambient_occlusion: Some(0.5),
+        ..Request::new(camera, size)
+    }
 }
 
 /// Drives a trace by hand with a device that seems to take `took` for every batch.
@@ -87,6 +98,10 @@ fn standard_errors_are_true() {
         spread(
             |t| t.indirect.as_ref().unwrap().mean.as_flattened().to_vec(),
             |t| t.indirect.as_ref().unwrap().standard_error.as_flattened().to_vec(),
+        ),
+        spread(
+            |t| t.glossy.as_ref().unwrap().mean.as_flattened().to_vec(),
+            |t| t.glossy.as_ref().unwrap().standard_error.as_flattened().to_vec(),
         ),
         spread(
             |t| t.ambient_occlusion.as_ref().unwrap().mean.clone(),
@@ -203,7 +218,7 @@ fn extremes_stay_finite() {
     let camera = Camera { eye: [0.0, 0.3, 0.4], target: [0.0; 3], ..Camera::default() };
     let with = |meshes: Vec<Mesh>, light: f32| Scene {
         meshes,
-        materials: vec![grey(1.0, 0.1)],
+        materials: vec![Material { specular: [1.0, 0.5, 0.0], phong_exponent: 1e6, ..grey(1.0, 0.1) }],
         lights: vec![
             Light::Point { position: [0.0, 0.5, 0.0], intensity: [light; 3] },
             Light::Directional { direction: [0.0; 3], irradiance: [light; 3] },
@@ -230,7 +245,7 @@ fn extremes_stay_finite() {
     for (what, scene) in scenes {
         for size in [[1, 1], [3, 1], [1, 7], [17, 13]] {
             let truth = trace(&scene, &everything(camera, size), 3);
-            let light = [&truth.bounce1, &truth.indirect, &truth.on_screen].map(|e| e.as_ref().unwrap());
+            let light = [&truth.bounce1, &truth.indirect, &truth.on_screen, &truth.glossy].map(|e| e.as_ref().unwrap());
             let mut images = vec![&truth.position, &truth.normal, &truth.albedo, &truth.direct];
             images.extend(light.iter().flat_map(|e| [&e.mean, &e.standard_error]));
             assert!(images.iter().flat_map(|i| i.as_flattened()).all(|v| v.is_finite()), "{what} at {size:?}");

@@ -12,6 +12,7 @@ pub mod parameters;
 pub mod plan;
 pub mod preset;
 mod record;
+pub mod scan;
 mod scene_buffers;
 mod shadow;
 pub mod techniques;

@@ -1,9 +1,7 @@
 //! What the workspace-level tests share: one device for each test binary, scenes small enough to
 //! reason about, and double-precision twins of what the shaders compute.
 
-pub mod oracle;
-pub mod scenes;
-pub mod voxels;
+pub use halflight_evaluator::stability::{oracle, scenes, voxels};
 
 use std::{
     path::{Path, PathBuf},

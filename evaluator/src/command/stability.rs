@@ -1,13 +1,14 @@
 //! `evaluator stability`.
 
-use std::path::PathBuf;
+use std::{io::Write, path::PathBuf};
 
 use clap::Args;
+use halflight_native::{AdapterChoice, files::write_whole};
 
 use crate::{
     Error,
     session::open_adapter,
-    stability::{Options, Suite},
+    stability::{Options, Suite, mutations},
 };
 
 #[derive(Args)]
@@ -24,6 +25,9 @@ pub(super) struct StabilityArgs {
     /// Folder for the page, the Markdown and the CSV table.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Prove the suite instead: put deliberate bugs into the shaders, one after another, and say which rows turn red.
+    #[arg(long)]
+    mutations: bool,
     /// Adapter: any, gpu, software, or part of a name.
     #[arg(long, default_value = "any")]
     adapter: String,
@@ -33,6 +37,9 @@ pub(super) struct StabilityArgs {
 }
 
 pub(super) fn main(args: &StabilityArgs) -> Result<(), Error> {
+    if args.mutations {
+        return prove(args);
+    }
     let native = open_adapter(&args.adapter)?;
     let start = std::time::Instant::now();
     let options = Options { techniques: args.techniques.clone(), quick: args.quick, rows: args.rows.clone() };
@@ -59,5 +66,24 @@ pub(super) fn main(args: &StabilityArgs) -> Result<(), Error> {
     match table.unexplained().count() {
         0 => Ok(()),
         count => Err(Error::Failed(format!("{count} checks are red and not explained"))),
+    }
+}
+
+fn prove(args: &StabilityArgs) -> Result<(), Error> {
+    let all = mutations::run(&AdapterChoice::from(args.adapter.as_str()), |_| true, args.quick)?;
+    let text = crate::report::markdown::table(&mutations::table(&all), 2);
+    if let Some(folder) = &args.out {
+        let path = folder.join("mutations.md");
+        write_whole(&path, |file| file.write_all(text.as_bytes()))
+            .map_err(|e: std::io::Error| Error::unwritable(&path, e))?;
+    }
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&all).map_err(|e| Error::Failed(e.to_string()))?);
+    } else {
+        print!("{text}");
+    }
+    match all.iter().filter(|caught| caught.by.is_none()).count() {
+        0 => Ok(()),
+        count => Err(Error::Failed(format!("{count} of {} bugs are not caught", all.len()))),
     }
 }

@@ -15,12 +15,17 @@ use crate::{
 
 const GROUP: &str = "closed forms";
 
+/// What float16 may change of a unit normal's length: a driver may cut off what it cannot hold, 2^-11 of each
+/// coordinate, which add up to sqrt(3) times that.
+pub(super) const SHORT_NORMAL: f64 = 8.46e-4;
+
 pub(super) fn run(suite: &mut Suite) {
     each(suite, "a pixel alone receives nothing", &scenes::court(), alone);
     each(suite, "a plane does not light itself", &plane(), plane_alone);
     each(suite, "a furnace: no point receives more than its walls send", &bundled("furnace"), furnace);
     each(suite, "everything glows: no surface in view is without light", &scenes::glowing_bars(), none_is_black);
     each(suite, "normals of unit length where vertex normals part", &parted_normals(), unit_normals);
+    each(suite, "the final image is the sum of its parts", &scenes::lamp_court(), sum_of_parts);
     bouncing(suite);
 }
 
@@ -156,8 +161,27 @@ fn unit_normals(
     let length = |n: &[f32; 3]| n.iter().map(|&v| f64::from(v).powi(2)).sum::<f64>().sqrt();
     let seen = normals.iter().zip(&depth).filter(|(_, depth)| depth[0] > 0.0);
     let worst = seen.map(|(normal, _)| (length(normal) - 1.0).abs()).fold(0.0, f64::max);
-    let reason = "float16 rounds each coordinate by 2^-12 of it at most";
-    Ok(vec![check.clone().bounded("deviation of a normal's length from 1", worst, 5e-4, reason)])
+    let reason = "float16 keeps 11 bits of each coordinate: sqrt(3) 2^-11";
+    Ok(vec![check.clone().bounded("deviation of a normal's length from 1", worst, SHORT_NORMAL, reason)])
+}
+
+fn sum_of_parts(
+    session: &Session,
+    technique: &'static Technique,
+    settings: &Settings,
+    check: &Check,
+) -> Result<Vec<Check>, Error> {
+    let frames = frame(session, technique, settings, [64, 48])?;
+    let Some(light) = frames.read_rgb("indirect")? else { return Ok(Vec::new()) };
+    let read = |name| frames.read_rgb(name).map(|pixels| pixels.unwrap_or_default());
+    let (whole, direct, albedo) = (read("final")?, read("direct")?, read("albedo")?);
+    let parts = direct.iter().zip(&albedo).zip(&light).flat_map(|((d, a), l)| {
+        (0..3).map(|c| f64::from(d[c]) + f64::from(a[c]) * f64::from(l[c])).collect::<Vec<_>>()
+    });
+    let far = |(whole, parts): (&f32, f64)| (f64::from(*whole) - parts).abs() / parts.max(f64::MIN_POSITIVE);
+    let worst = whole.iter().flatten().zip(parts).filter(|(_, parts)| *parts > 1e-3).map(far).fold(0.0, f64::max);
+    let reason = "direct + albedo * indirect, stored with 11 bits at least: 2^-10 where the rest is cut off";
+    Ok(vec![check.clone().bounded("largest relative difference", worst, 2f64.powi(-10), reason)])
 }
 
 /// Bounces in a closed white room: a bounce cannot send more than it received.

@@ -23,6 +23,7 @@ mod bad_input;
 mod closed_forms;
 mod extremes;
 mod invariances;
+pub mod mutations;
 pub mod oracle;
 mod output;
 mod precision;

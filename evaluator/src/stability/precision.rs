@@ -12,6 +12,7 @@ use halflight_scenes::Scene;
 
 use super::{
     Check, Suite,
+    closed_forms::SHORT_NORMAL,
     extremes::bundled,
     oracle::{GBuffer, GatherTwin},
     parameter, scenes,
@@ -50,12 +51,12 @@ fn frame<'a>(session: &Session<'a>, name: &str, settings: &Settings, size: [u32;
     Ok(frames)
 }
 
-/// Errors of each pixel relative to its value, or to a hundredth of the mean where it is darker: where light all but
-/// cancels behind a horizon, float32 cannot promise more.
+/// Errors of each pixel relative to its value, or to the mean where it is darker: between surfaces that all but share a
+/// plane, float32 knows a cosine to so many digits after the point, and not to so many of its own.
 fn relative_errors(exact: &[DVec3], got: &[[f32; 3]]) -> Vec<f64> {
     let mean = exact.iter().map(|v| v.element_sum() / 3.0).sum::<f64>() / exact.len().max(1) as f64;
     let error = |(exact, got): (&DVec3, &[f32; 3])| {
-        let channel = |i: usize| (f64::from(got[i]) - exact[i]).abs() / exact[i].max(0.01 * mean);
+        let channel = |i: usize| (f64::from(got[i]) - exact[i]).abs() / exact[i].max(mean);
         channel(0).max(channel(1)).max(channel(2))
     };
     exact.iter().zip(got).map(error).collect()
@@ -86,7 +87,7 @@ fn exhaustive(suite: &mut Suite) {
                 let exact = GBuffer::read(&frames).exhaustive(form_factor == "eq4");
                 let got = frames.read_rgb("indirect")?.unwrap_or_default();
                 let worst = relative_errors(&exact, &got).into_iter().fold(0.0, f64::max);
-                let reason = "float32 rounds by 6e-8; positions lose three digits where two surfaces meet";
+                let reason = "float32 knows the direction between neighbours of 48 a row to 3 x 2^-24 x 48 = 9e-6; ten of them may add up";
                 Ok(vec![check.clone().bounded("largest relative error", worst, 1e-4, reason)])
             });
         }
@@ -153,12 +154,11 @@ fn gather_levels(session: &Session, settings: &Settings, size: [u32; 2], check: 
         let got: Vec<[f32; 3]> = texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
         let mut errors = relative_errors(&exact, &got);
         let worst = percentile(&mut errors, 0.97);
-        let reason = "float32's rounding through some thirty operations and what cancels between near surfaces; three \
-                      receivers of a hundred may have a sample whose place rounds into another texel";
+        let reason = "as the exhaustive sum; three receivers of a hundred may have a sample whose place rounds into another texel";
         checks.push(
             check
                 .clone()
-                .bounded("97th percentile of the relative error", worst, 1e-3, reason)
+                .bounded("97th percentile of the relative error", worst, 1e-4, reason)
                 .detail(format!("{}, level {k}; median {:.1e}", check.detail, percentile(&mut errors, 0.5))),
         );
     }
@@ -184,12 +184,13 @@ fn surfels(suite: &mut Suite) {
             let before = mean(&mut whole.iter().map(|v| f64::from(luminance(v.as_vec3().to_array()))));
             let after = mean(&mut packed.iter().map(|&v| f64::from(luminance(v))));
             let mut errors = relative_errors(&whole, &packed);
-            // Radiance has 12 bits under a shared exponent, normals 16: the mean loses nothing but rounding, up to
-            // 2^-13 of the brightest channel either way and twice that of the normals' cosines.
-            let reason = "radiance of 12 bits rounds by 2^-13, normals of 16 bits by less";
+            // Radiance has 12 bits under a shared exponent: it rounds by 2^-13. A normal of the G-buffer may be short.
+            let bound = SHORT_NORMAL + 2f64.powi(-13);
+            let reason = "radiance of 12 bits rounds by 2^-13; float16 normals of the G-buffer are up to 8.5e-4 short, \
+                          those of surfels are not";
             let ninety_nine = percentile(&mut errors, 0.99);
             Ok(vec![
-                check.clone().bounded("relative change of the mean", (after / before - 1.0).abs(), 2f64.powi(-12), reason),
+                check.clone().bounded("relative change of the mean", (after / before - 1.0).abs(), bound, reason),
                 check.clone().told(
                     "99th percentile of the relative error",
                     ninety_nine,
@@ -272,7 +273,8 @@ fn storage(suite: &mut Suite) {
                 let worst = relative_errors(&exact, &light).into_iter().fold(0.0, f64::max);
                 let (bound, reason) = match name {
                     "float32" => (0.0, "the same seed gives the same bits"),
-                    "float16" => (2f64.powi(-11), "float16 keeps 11 bits"),
+                    // A driver may cut off the rest instead of rounding.
+                    "float16" => (2f64.powi(-10), "float16 keeps 11 bits"),
                     _ => (f64::INFINITY, "no claim"),
                 };
                 Ok(vec![

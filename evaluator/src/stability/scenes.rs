@@ -72,12 +72,12 @@ pub fn block(low: Vec3, high: Vec3, material: usize) -> Mesh {
 }
 
 /// The court by the light of a glowing plate instead of the sun: no shadow map has a part in its light, so that the
-/// light is the same bit for bit wherever the scene stands.
+/// light is the same bit for bit wherever the scene stands. The plate is large: no few pixels decide over all light.
 pub fn lamp_court() -> Scene {
     let mut scene = court();
     scene.name = "court by lamplight".into();
     scene.lights.clear();
-    scene.meshes.push(quad(Vec3::new(0.9, 0.4, -0.6), 0.8 * Vec3::X - 0.3 * Vec3::Z, 0.9 * Vec3::Y, 2));
+    scene.meshes.push(quad(Vec3::new(-1.7, 0.3, -1.9), 3.4 * Vec3::X, 1.5 * Vec3::Y, 2));
     scene.materials.push(Material { albedo: [0.5; 3], emission: [3.0, 2.5, 2.0], ..Material::default() });
     scene
 }

@@ -8,7 +8,7 @@ use halflight_native::{AdapterChoice, files::write_whole};
 use crate::{
     Error,
     session::open_adapter,
-    stability::{Options, Suite, mutations},
+    stability::{Options, Suite, Table, fuzz, mutations, random},
 };
 
 #[derive(Args)]
@@ -25,6 +25,18 @@ pub(super) struct StabilityArgs {
     /// Folder for the page, the Markdown and the CSV table.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Run this many random scenes, cameras, sizes and settings as well.
+    #[arg(long, value_name = "COUNT")]
+    random: Option<usize>,
+    /// Read this many damaged models, materials, scenes, grids and presets as well.
+    #[arg(long, value_name = "COUNT")]
+    fuzz: Option<u64>,
+    /// Seed of what is random.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Only what is random: leave the rows out.
+    #[arg(long)]
+    only_random: bool,
     /// Prove the suite instead: put deliberate bugs into the shaders, one after another, and say which rows turn red.
     #[arg(long)]
     mutations: bool,
@@ -43,7 +55,12 @@ pub(super) fn main(args: &StabilityArgs) -> Result<(), Error> {
     let native = open_adapter(&args.adapter)?;
     let start = std::time::Instant::now();
     let options = Options { techniques: args.techniques.clone(), quick: args.quick, rows: args.rows.clone() };
-    let table = Suite::run(&native, &options)?;
+    let mut table = if args.only_random { Table::default() } else { Suite::run(&native, &options)? };
+    let adapter = AdapterChoice::from(args.adapter.as_str());
+    let folder = args.out.as_deref();
+    let chance = args.random.map(|count| random::run(&adapter, count, args.seed, folder)).transpose()?;
+    let damaged = args.fuzz.map(|count| fuzz::run(count, args.seed, folder)).transpose()?;
+    table.add_chance(chance.as_ref(), damaged.as_ref());
     let covered = |(name, count, parameters): &(String, usize, usize)| {
         format!("{name} {count} settings of {parameters} parameters")
     };

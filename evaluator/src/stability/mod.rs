@@ -22,11 +22,13 @@ use crate::{Error, progress::Progress};
 mod bad_input;
 mod closed_forms;
 mod extremes;
+pub mod fuzz;
 mod invariances;
 pub mod mutations;
 pub mod oracle;
 mod output;
 mod precision;
+pub mod random;
 pub mod scenes;
 pub mod switches;
 pub mod voxels;
@@ -133,6 +135,30 @@ pub struct Options {
     pub quick: bool,
     /// Only rows whose group or name holds one of these texts; all where empty.
     pub rows: Vec<String>,
+}
+
+impl Table {
+    /// Adds the rows of random configurations and damaged files.
+    pub fn add_chance(&mut self, random: Option<&random::Outcome>, fuzz: Option<&fuzz::Outcome>) {
+        let group = "chance";
+        if let Some(outcome) = random {
+            let row = "random scenes, cameras, sizes and settings";
+            let reason = "none panics, hangs or writes a value that is not finite or light below zero";
+            let check = Check::new(group, row, "all", &Settings::new());
+            let faults = outcome.faults.join("; ");
+            let detail = format!("{} configurations, {} with indirect light; {faults}", outcome.run, outcome.lit);
+            self.checks.push(check.bounded("faults", outcome.faults.len() as f64, 0.0, reason).detail(detail));
+        }
+        if let Some(outcome) = fuzz {
+            let row = "damaged models, materials, scenes, grids and presets";
+            let reason = "each is read as a sound scene or refused by one sentence that names the file";
+            let check = Check::new(group, row, "readers", &Settings::new());
+            let faults: Vec<&str> = outcome.faults.iter().map(|(_, fault, _)| fault.as_str()).collect();
+            let share = outcome.accepted as f64 / outcome.run.max(1) as f64;
+            let detail = format!("{} files, {:.0} % of them taken; {}", outcome.run, 100.0 * share, faults.join("; "));
+            self.checks.push(check.bounded("faults", faults.len() as f64, 0.0, reason).detail(detail));
+        }
+    }
 }
 
 impl Default for Options {

@@ -130,7 +130,7 @@ pub const MUTATIONS: &[Mutation] = &[
     },
     Mutation {
         name: "every pixel draws the same random numbers",
-        edits: &[("vec3u(word >> vec3u(8u))", "vec3u((word & vec3u(0u)) >> vec3u(8u))")],
+        edits: &[("vec3f(word >> vec3u(8u))", "0.0 * vec3f(word >> vec3u(8u))")],
         rows: &["gather against float64"],
     },
 ];

@@ -67,6 +67,26 @@ impl Gpu {
         }
     }
 
+    /// A buffer with these contents. It is written through the queue and not mapped: mapping panics where the device was
+    /// lost in the meantime.
+    pub(crate) fn filled_buffer(&self, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let padded = contents.len().next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT as usize);
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: padded as u64,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        if padded == contents.len() {
+            self.queue.write_buffer(&buffer, 0, contents);
+        } else {
+            let mut whole = contents.to_vec();
+            whole.resize(padded, 0);
+            self.queue.write_buffer(&buffer, 0, &whole);
+        }
+        buffer
+    }
+
     /// Uses other WGSL for a shader from now on, in everything that is made after this; its entry points, constants
     /// and bindings must stay what they were. For work on a shader without building anew, and for tests that must fail.
     pub fn replace_source(&self, shader: &'static Shader, wgsl: String) {

@@ -8,7 +8,7 @@ use halflight_native::{AdapterChoice, files::write_whole};
 use crate::{
     Error,
     session::open_adapter,
-    stability::{Options, Suite, Table, fuzz, mutations, random},
+    stability::{Options, Suite, Table, faults, fuzz, mutations, random},
 };
 
 #[derive(Args)]
@@ -56,6 +56,11 @@ pub(super) fn main(args: &StabilityArgs) -> Result<(), Error> {
     let start = std::time::Instant::now();
     let options = Options { techniques: args.techniques.clone(), quick: args.quick, rows: args.rows.clone() };
     let mut table = if args.only_random { Table::default() } else { Suite::run(&native, &options)? };
+    if !args.quick && !args.only_random && (args.rows.is_empty() || args.rows.iter().any(|row| "faults".contains(row.as_str()))) {
+        let own = std::env::current_exe().map_err(|e| Error::Failed(format!("this program cannot be found: {e}")))?;
+        let place = std::env::temp_dir().join(format!("halflight-faults-{}", std::process::id()));
+        table.checks.extend(faults::run(&own, &place, &args.adapter)?);
+    }
     let adapter = AdapterChoice::from(args.adapter.as_str());
     let folder = args.out.as_deref();
     let chance = args.random.map(|count| random::run(&adapter, count, args.seed, folder)).transpose()?;

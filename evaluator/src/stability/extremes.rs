@@ -58,6 +58,9 @@ impl Extreme {
 }
 
 pub(super) fn run(suite: &mut Suite) {
+    if !suite.options.quick && suite.wants("geometry", "a whole building") {
+        row(suite, &Extreme::new("geometry", "a whole building with textures", bundled("atrium")));
+    }
     for make in [geometry, image, light_and_material, motion] {
         for extreme in make() {
             if suite.wants(extreme.group, &extreme.row) {

@@ -313,12 +313,15 @@ fn sample_count(session: &Session, subject: Subject) -> Result<Vec<Check>, Error
     Ok(drifted(subject, &a, &b, 8.0 * noise + 0.01, reason))
 }
 
+/// The lamp of the court is 22 pixels wide and 10 high in these pictures, and whole pixels stand for its edges: half a
+/// one on every side.
+const LAMP_EDGES: f64 = 1.0 / 22.0 + 1.0 / 10.0;
+const WHOLE_PIXELS: &str = "whole pixels stand for the edges of a lamp of 22 x 10: half a pixel on every side";
+
 fn resolution(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
     let a = subject.mean(session, SIZE, 0)?;
     let b = subject.mean(session, SIZE.map(|v| 2 * v), 0)?;
-    // Silhouettes are right to half a pixel on either side.
-    let reason = "silhouettes are right to half a pixel: two in a picture of 32 rows, 1 / 16";
-    Ok(drifted(subject, &a, &b, 2.0 / f64::from(SIZE[1]), reason))
+    Ok(drifted(subject, &a, &b, LAMP_EDGES, WHOLE_PIXELS))
 }
 
 fn start_resolution(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
@@ -343,8 +346,7 @@ fn odd_sizes(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
     // The same field of view.
     let a = subject.mean(session, SIZE, 0)?;
     let b = subject.mean(session, [66, 33], 0)?;
-    let reason = "silhouettes are right to half a pixel: two in a picture of 32 rows, 1 / 16";
-    Ok(drifted(subject, &a, &b, 2.0 / f64::from(SIZE[1]), reason))
+    Ok(drifted(subject, &a, &b, LAMP_EDGES, WHOLE_PIXELS))
 }
 
 /// A picture of twice the size with twice the tangents shows the same rays in its middle.

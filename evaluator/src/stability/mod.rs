@@ -22,6 +22,7 @@ use crate::{Error, progress::Progress};
 mod bad_input;
 mod closed_forms;
 mod extremes;
+pub mod faults;
 pub mod fuzz;
 mod invariances;
 pub mod mutations;

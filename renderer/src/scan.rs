@@ -74,9 +74,8 @@ impl Scan {
                     let layers = texture.depth_or_array_layers();
                     let values = u64::from(texture.width()) * u64::from(texture.height()) * u64::from(layers);
                     targets.extend(
-                        (0..layers).map(|layer| {
-                            (items.len(), Target::Layer { texture, layer, shader, channels, limit })
-                        }),
+                        (0..layers)
+                            .map(|layer| (items.len(), Target::Layer { texture, layer, shader, channels, limit })),
                     );
                     items.push((resource.name.clone(), values * u64::from(channels)));
                 }
@@ -99,8 +98,8 @@ impl Scan {
         let tallies = buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
         let readable = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
         {
-            let mut pass =
-                encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("scan"), timestamp_writes: None });
+            let mut pass = encoder
+                .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("scan"), timestamp_writes: None });
             for (item, target) in &targets {
                 record_target(gpu, &mut pass, target, &tallies, STRIDE * *item as u64);
             }

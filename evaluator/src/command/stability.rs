@@ -56,7 +56,10 @@ pub(super) fn main(args: &StabilityArgs) -> Result<(), Error> {
     let start = std::time::Instant::now();
     let options = Options { techniques: args.techniques.clone(), quick: args.quick, rows: args.rows.clone() };
     let mut table = if args.only_random { Table::default() } else { Suite::run(&native, &options)? };
-    if !args.quick && !args.only_random && (args.rows.is_empty() || args.rows.iter().any(|row| "faults".contains(row.as_str()))) {
+    if !args.quick
+        && !args.only_random
+        && (args.rows.is_empty() || args.rows.iter().any(|row| "faults".contains(row.as_str())))
+    {
         let own = std::env::current_exe().map_err(|e| Error::Failed(format!("this program cannot be found: {e}")))?;
         let place = std::env::temp_dir().join(format!("halflight-faults-{}", std::process::id()));
         table.checks.extend(faults::run(&own, &place, &args.adapter)?);
@@ -104,7 +107,7 @@ fn prove(args: &StabilityArgs) -> Result<(), Error> {
     } else {
         print!("{text}");
     }
-    match all.iter().filter(|caught| caught.by.is_none()).count() {
+    match all.iter().filter(|caught| caught.is_missed()).count() {
         0 => Ok(()),
         count => Err(Error::Failed(format!("{count} of {} bugs are not caught", all.len()))),
     }

@@ -27,11 +27,18 @@ const REFUSED: &[Row] = &[
     ("an OBJ without faces", "m.obj", Some("v 0 0 0\n"), &["m.obj", "face"]),
     ("a NaN vertex", "m.obj", Some("v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n"), &["m.obj:3", "nan", "finite"]),
     ("a scene file that is no TOML", "s.toml", Some("name ="), &["s.toml:1", "TOML"]),
-    ("an unknown key of a scene file", "s.toml", Some("[[modle]]\npath = 'm.obj'\n"), &["s.toml:1", "did you mean `model`"]),
+    (
+        "an unknown key of a scene file",
+        "s.toml",
+        Some("[[modle]]\npath = 'm.obj'\n"),
+        &["s.toml:1", "did you mean `model`"],
+    ),
     (
         "a value out of range in a scene file",
         "s.toml",
-        Some("[[model]]\npath = 'm.obj'\n[camera]\neye = [0, 0, 3]\ntarget = [0, 0, 0]\nvertical_fov_degrees = 260.0\n"),
+        Some(
+            "[[model]]\npath = 'm.obj'\n[camera]\neye = [0, 0, 3]\ntarget = [0, 0, 0]\nvertical_fov_degrees = 260.0\n",
+        ),
         &["s.toml:6", "260", "1 to 170"],
     ),
 ];
@@ -48,8 +55,18 @@ const MENDED: &[Row] = &[
 const GRIDS: &[(&str, &str, &str, &[&str])] = &[
     ("an unknown key of a grid file", "size", "siez", &["g.toml:2", "did you mean `size`"]),
     ("a value out of range in a grid file", "16x9", "0x9", &["g.toml:2", "1 to 16384"]),
-    ("an unknown technique in a grid file", "'hierarchical'", "'hierarchcal'", &["g.toml:4", "did you mean hierarchical"]),
-    ("an unknown parameter in a grid file", "[[sweep]]\n", "[[sweep]]\nfixed = { sampels = 3 }\n", &["did you mean `samples`"]),
+    (
+        "an unknown technique in a grid file",
+        "'hierarchical'",
+        "'hierarchcal'",
+        &["g.toml:4", "did you mean hierarchical"],
+    ),
+    (
+        "an unknown parameter in a grid file",
+        "[[sweep]]\n",
+        "[[sweep]]\nfixed = { sampels = 3 }\n",
+        &["did you mean `samples`"],
+    ),
     ("a parameter out of range in a grid file", "[[sweep]]\n", "[[sweep]]\nfixed = { samples = 0 }\n", &["1 to 1024"]),
 ];
 

@@ -62,7 +62,12 @@ fn mean(frames: &Frames, output: &str) -> Result<f64, Error> {
     Ok(pixels.iter().flatten().map(|&v| f64::from(v)).sum::<f64>() / (3 * pixels.len()).max(1) as f64)
 }
 
-fn alone(session: &Session, technique: &'static Technique, settings: &Settings, check: &Check) -> Result<Vec<Check>, Error> {
+fn alone(
+    session: &Session,
+    technique: &'static Technique,
+    settings: &Settings,
+    check: &Check,
+) -> Result<Vec<Check>, Error> {
     let frames = frame(session, technique, settings, [1, 1])?;
     let light = mean(&frames, "indirect")?;
     let reason = "a surface does not light itself, and nothing else is in view";
@@ -92,11 +97,17 @@ fn plane_alone(
     Ok(vec![check.clone().bounded("indirect light over the plane's radiance", share, 1e-3, reason)])
 }
 
-fn furnace(session: &Session, technique: &'static Technique, settings: &Settings, check: &Check) -> Result<Vec<Check>, Error> {
+fn furnace(
+    session: &Session,
+    technique: &'static Technique,
+    settings: &Settings,
+    check: &Check,
+) -> Result<Vec<Check>, Error> {
     let frames = frame(session, technique, settings, [64, 48])?;
     let light = frames.read_rgb("indirect")?.unwrap_or_default();
     let largest = f64::from(light.iter().flatten().fold(0.0f32, |a, &b| a.max(b)));
-    let sent = f64::from(frames.read_rgb("direct")?.unwrap_or_default().iter().flatten().fold(0.0f32, |a, &b| a.max(b)));
+    let sent =
+        f64::from(frames.read_rgb("direct")?.unwrap_or_default().iter().flatten().fold(0.0f32, |a, &b| a.max(b)));
     let measure = "largest indirect light over what the walls send";
     let eq3 = settings.values().any(|value| *value == Value::Text("eq3".into()));
     let exact = technique.name == "exhaustive" && !eq3;
@@ -109,15 +120,8 @@ fn furnace(session: &Session, technique: &'static Technique, settings: &Settings
 
 /// Settings that leave the hierarchical technique its promise that the nearest surface lends its light where no other
 /// does: those of the filters, of storage and of the form factor.
-const KEEPS_LIGHT: [&str; 7] = [
-    "start_resolution",
-    "pyramid_filter",
-    "upsampling_kernel",
-    "storage",
-    "disc_area",
-    "form_factor",
-    "temporal_a",
-];
+const KEEPS_LIGHT: [&str; 7] =
+    ["start_resolution", "pyramid_filter", "upsampling_kernel", "storage", "disc_area", "form_factor", "temporal_a"];
 
 fn none_is_black(
     session: &Session,
@@ -134,7 +138,8 @@ fn none_is_black(
         && settings.keys().all(|key| KEEPS_LIGHT.iter().any(|name| key.ends_with(&format!(".{name}"))));
     let check = check.clone().detail(format!("of {} pixels", light.len()));
     Ok(vec![if promised || technique.name == "exhaustive" {
-        let reason = "every surface faces others that glow; where no parent agrees, the nearest in depth lends its light";
+        let reason =
+            "every surface faces others that glow; where no parent agrees, the nearest in depth lends its light";
         check.bounded(measure, black as f64, 0.0, reason)
     } else {
         check.told(measure, black as f64, "a ray or a ring may miss all that glows")
@@ -157,7 +162,8 @@ fn unit_normals(
     check: &Check,
 ) -> Result<Vec<Check>, Error> {
     let frames = frame(session, technique, settings, [64, 48])?;
-    let (normals, depth) = (frames.read_rgb("normal")?.unwrap_or_default(), frames.read_rgb("depth")?.unwrap_or_default());
+    let (normals, depth) =
+        (frames.read_rgb("normal")?.unwrap_or_default(), frames.read_rgb("depth")?.unwrap_or_default());
     let length = |n: &[f32; 3]| n.iter().map(|&v| f64::from(v).powi(2)).sum::<f64>().sqrt();
     let seen = normals.iter().zip(&depth).filter(|(_, depth)| depth[0] > 0.0);
     let worst = seen.map(|(normal, _)| (length(normal) - 1.0).abs()).fold(0.0, f64::max);
@@ -177,7 +183,8 @@ fn sum_of_parts(
     let (whole, direct, albedo) = (read("final")?, read("direct")?, read("albedo")?);
     // 2^-10 of a number of 11 bits whose rest is cut off, and for albedo of 8 bits half a step of its sRGB code, within
     // which a driver may decode it: that has 2.4 times its relative size at most.
-    let half_step = |albedo: f64| 2.4 * albedo * 0.5 / (255.0 * (1.055 * albedo.powf(1.0 / 2.4) - 0.055).max(1.0 / 255.0));
+    let half_step =
+        |albedo: f64| 2.4 * albedo * 0.5 / (255.0 * (1.055 * albedo.powf(1.0 / 2.4) - 0.055).max(1.0 / 255.0));
     let mut worst = 0.0f64;
     for (((whole, direct), albedo), light) in whole.iter().zip(&direct).zip(&albedo).zip(&light) {
         for c in 0..3 {

@@ -9,9 +9,7 @@ use halflight_renderer::{
     scan::Scanned,
     techniques::{Technique, parameters_of},
 };
-use halflight_scenes::{
-    CameraKeyframe, Keyframe, Light, Material, MemoryFiles, Mesh, Motion, Scene, load_scene,
-};
+use halflight_scenes::{CameraKeyframe, Keyframe, Light, Material, MemoryFiles, Mesh, Motion, Scene, load_scene};
 
 use super::{Check, Suite, bounces, scenes, switches, with_small_shadows, words};
 use crate::{
@@ -221,18 +219,30 @@ fn geometry() -> Vec<Extreme> {
     };
     vec![
         Extreme::new(group, "coincident points: every mesh twice, normals turned", with(&coincide)),
-        Extreme::new(group, "duplicated faces", with(&|scene| {
-            scene.meshes.iter_mut().for_each(|mesh| mesh.indices.extend_from_within(..));
-        })),
-        Extreme::new(group, "grazing angles: the eye a thousandth above the floor", with(&|scene| {
-            scene.camera.eye = [0.0, 1e-3, 3.0];
-            scene.camera.target = [0.0, 1e-3, -2.0];
-        })),
+        Extreme::new(
+            group,
+            "duplicated faces",
+            with(&|scene| {
+                scene.meshes.iter_mut().for_each(|mesh| mesh.indices.extend_from_within(..));
+            }),
+        ),
+        Extreme::new(
+            group,
+            "grazing angles: the eye a thousandth above the floor",
+            with(&|scene| {
+                scene.camera.eye = [0.0, 1e-3, 3.0];
+                scene.camera.target = [0.0, 1e-3, -2.0];
+            }),
+        ),
         Extreme::new(group, "the largest depth ratio that a near plane of 1e-4 of the scene leaves", depth_ratio()),
-        Extreme::new(group, "a surface on the near plane", with(&|scene| {
-            let near = halflight_renderer::SceneFacts::of(scene).near;
-            scene.camera = scenes::camera([0.0, 0.5, -2.0 + near], [0.0, 0.5, -2.0], 60.0);
-        })),
+        Extreme::new(
+            group,
+            "a surface on the near plane",
+            with(&|scene| {
+                let near = halflight_renderer::SceneFacts::of(scene).near;
+                scene.camera = scenes::camera([0.0, 0.5, -2.0 + near], [0.0, 0.5, -2.0], 60.0);
+            }),
+        ),
         Extreme::new(group, "an empty scene", Scene { name: "empty".into(), ..Scene::default() }).black(),
         Extreme::new(group, "lights and no meshes", Scene { lights: vec![scenes::sun()], ..Scene::default() }).black(),
         Extreme::new(group, "all sky", with(&|scene| scene.camera.target = [0.0, 10.0, 20.0])).black(),
@@ -407,12 +417,7 @@ fn motion() -> Vec<Extreme> {
     let mut tumble = scenes::court();
     let keyframes = vec![
         Keyframe::default(),
-        Keyframe {
-            frame: 4,
-            translate: [3.0, 0.0, 6.0],
-            rotate_degrees: [400.0, 0.0, 170.0],
-            scale: [1e-3, 2.0, 1.0],
-        },
+        Keyframe { frame: 4, translate: [3.0, 0.0, 6.0], rotate_degrees: [400.0, 0.0, 170.0], scale: [1e-3, 2.0, 1.0] },
     ];
     tumble.meshes[2].object = Some(0);
     tumble.moves.objects.push(Motion { pivot: [0.0; 3], keyframes });

@@ -40,7 +40,8 @@ const CELLS: usize = 7;
 pub fn run(evaluator: &Path, folder: &Path, adapter: &str) -> Result<Vec<Check>, Error> {
     let place = Place { evaluator: evaluator.into(), folder: folder.into(), adapter: adapter.into() };
     place.prepare()?;
-    let rows: [(&str, fn(&Place) -> Result<Fault, Error>); 5] = [
+    type Row = fn(&Place) -> Result<Fault, Error>;
+    let rows: [(&str, Row); 5] = [
         ("killed at ten random moments", killed),
         ("a full disk", full_disk),
         ("scene and model vanish while it runs", vanished_scene),
@@ -52,9 +53,7 @@ pub fn run(evaluator: &Path, folder: &Path, adapter: &str) -> Result<Vec<Check>,
         let check = Check::new(GROUP, row, "evaluator run", &Settings::new());
         let reason = "finished cells stay whole, --resume completes with the same errors, and there is one sentence";
         checks.push(match catch_unwind(AssertUnwindSafe(|| run(&place))) {
-            Ok(Ok(fault)) => {
-                check.bounded("faults", fault.wrong.len() as f64, 0.0, reason).detail(fault.words())
-            }
+            Ok(Ok(fault)) => check.bounded("faults", fault.wrong.len() as f64, 0.0, reason).detail(fault.words()),
             Ok(Err(error)) => check.bounded("faults", 1.0, 0.0, reason).detail(error.to_string()),
             Err(panic) => check.bounded("faults", 1.0, 0.0, reason).detail(format!("panics: {}", panic_words(&*panic))),
         });
@@ -79,7 +78,8 @@ impl Fault {
     }
 
     fn words(&self) -> String {
-        [&[self.seen.clone()], &self.wrong[..]].concat().join("; ")
+        let all: Vec<&str> = std::iter::once(&self.seen).chain(&self.wrong).map(String::as_str).collect();
+        all.join("; ")
     }
 }
 
@@ -165,7 +165,8 @@ impl Place {
     fn resumes(&self, fault: &mut Fault, errors: &[String]) -> Result<(), Error> {
         let before = self.cells();
         let output = self.output(&["--resume"])?;
-        fault.expect(output.status.success(), || format!("--resume ends with {}: {}", output.status, sentence(&output)));
+        fault
+            .expect(output.status.success(), || format!("--resume ends with {}: {}", output.status, sentence(&output)));
         let after = self.cells();
         fault.expect(after.len() == CELLS, || format!("{} of {CELLS} cells after --resume", after.len()));
         let kept = before.iter().all(|(name, bytes)| after.get(name) == Some(bytes));

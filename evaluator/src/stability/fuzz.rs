@@ -58,13 +58,97 @@ const PRESET: &str = "technique = \"hierarchical\"\n\n[settings]\nsamples = 16\n
 
 /// Words that readers know or stumble over.
 const WORDS: &[&str] = &[
-    "nan", "inf", "-inf", "1e400", "-1e400", "1e-400", "1e38", "3.5e38", "-0", "0", "1", "-1", "0.5", "2", "4294967296",
-    "9223372036854775808", "-2147483649", "1_000", "0x10", "true", "false", "\"\"", "\"x\"", "[]", "{}", "[[", "]]", "=",
-    ",", "#", "\\", "/", "//", "1/1", "1//1", "1/2/3", "-1/-1/-1", "0/0/0", "f", "v", "vt", "vn", "usemtl", "mtllib", "s",
-    "o", "g", "newmtl", "Kd", "Ke", "Ks", "Ns", "map_Kd", "map_d", "d", "Tr", "m.mtl", "m.obj", "s.toml", "path",
-    "[[model]]", "[camera]", "[[light]]", "[[sweep]]", "[sweep.grid]", "[settings]", "technique", "hierarchical",
-    "exhaustive", "none", "samples", "levels", "radius", "moves", "frame", "cut", "generator = \"bars\"", "\u{feff}",
-    "é", "\u{0}", "\r\n", "\t", "1x1", "0x0", "16384x16385", "..", "\"../m.obj\"", "1e", "+", "--", "1.2.3",
+    "nan",
+    "inf",
+    "-inf",
+    "1e400",
+    "-1e400",
+    "1e-400",
+    "1e38",
+    "3.5e38",
+    "-0",
+    "0",
+    "1",
+    "-1",
+    "0.5",
+    "2",
+    "4294967296",
+    "9223372036854775808",
+    "-2147483649",
+    "1_000",
+    "0x10",
+    "true",
+    "false",
+    "\"\"",
+    "\"x\"",
+    "[]",
+    "{}",
+    "[[",
+    "]]",
+    "=",
+    ",",
+    "#",
+    "\\",
+    "/",
+    "//",
+    "1/1",
+    "1//1",
+    "1/2/3",
+    "-1/-1/-1",
+    "0/0/0",
+    "f",
+    "v",
+    "vt",
+    "vn",
+    "usemtl",
+    "mtllib",
+    "s",
+    "o",
+    "g",
+    "newmtl",
+    "Kd",
+    "Ke",
+    "Ks",
+    "Ns",
+    "map_Kd",
+    "map_d",
+    "d",
+    "Tr",
+    "m.mtl",
+    "m.obj",
+    "s.toml",
+    "path",
+    "[[model]]",
+    "[camera]",
+    "[[light]]",
+    "[[sweep]]",
+    "[sweep.grid]",
+    "[settings]",
+    "technique",
+    "hierarchical",
+    "exhaustive",
+    "none",
+    "samples",
+    "levels",
+    "radius",
+    "moves",
+    "frame",
+    "cut",
+    "generator = \"bars\"",
+    "\u{feff}",
+    "é",
+    "\u{0}",
+    "\r\n",
+    "\t",
+    "1x1",
+    "0x0",
+    "16384x16385",
+    "..",
+    "\"../m.obj\"",
+    "1e",
+    "+",
+    "--",
+    "1.2.3",
 ];
 
 impl Reader {
@@ -159,7 +243,10 @@ fn unsound(scene: &Scene) -> Option<String> {
     for material in &scene.materials {
         let unit = |v: &[f32]| v.iter().all(|v| (0.0..=1.0).contains(v));
         let glow = material.emission.iter().all(|v| v.is_finite() && *v >= 0.0);
-        if !unit(&material.albedo) || !unit(&material.specular) || !glow || !(0.0..=1e6).contains(&material.phong_exponent)
+        if !unit(&material.albedo)
+            || !unit(&material.specular)
+            || !glow
+            || !(0.0..=1e6).contains(&material.phong_exponent)
         {
             return Some(format!("material {:?} is out of range", material.name));
         }
@@ -208,7 +295,10 @@ fn damaged(random: &mut Random, reader: Reader) -> Vec<u8> {
         let at = chance(random, bytes.len().max(1));
         match chance(random, 10) {
             0 if !bytes.is_empty() => bytes[at] = chance(random, 256) as u8,
-            1 => bytes.insert(at.min(bytes.len()), WORDS[chance(random, WORDS.len())].as_bytes().first().copied().unwrap_or(0)),
+            1 => bytes.insert(
+                at.min(bytes.len()),
+                WORDS[chance(random, WORDS.len())].as_bytes().first().copied().unwrap_or(0),
+            ),
             2 if !bytes.is_empty() => drop(bytes.remove(at)),
             3 if chance(random, 4) == 0 => bytes.truncate(at),
             4 => edit_lines(&mut bytes, random),
@@ -295,7 +385,10 @@ pub fn run(count: u64, seed: u64, folder: Option<&Path>) -> Result<Outcome, Erro
             None => outcome.accepted += u64::from(number % 64 == 0 && reader.read(&bytes).is_ok()),
             Some(fault) => {
                 // One of each kind is enough to work with.
-                let known = outcome.faults.iter().any(|(r, f, _)| *r == reader && f.split(':').next() == fault.split(':').next());
+                let known = outcome
+                    .faults
+                    .iter()
+                    .any(|(r, f, _)| *r == reader && f.split(':').next() == fault.split(':').next());
                 if known && outcome.faults.len() > 20 {
                     continue;
                 }
@@ -346,7 +439,8 @@ impl Watch {
                     let (reader, bytes) = file.lock().unwrap_or_else(PoisonError::into_inner).clone();
                     let name = reader.map_or("file", Reader::file);
                     let place = folder.unwrap_or_default().join(format!("fuzz_hangs_{name}"));
-                    let written = write(&place, &bytes).map_or_else(|e| e.to_string(), |()| place.display().to_string());
+                    let written =
+                        write(&place, &bytes).map_or_else(|e| e.to_string(), |()| place.display().to_string());
                     eprintln!("error: a reader hangs over damaged file {now}: {written}");
                     std::process::exit(1);
                 }

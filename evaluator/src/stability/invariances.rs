@@ -178,13 +178,15 @@ fn brightness(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> 
     let plain = light(&frames)?;
     let other = subject.frame(&twin, SIZE, 0)?;
     // float16 has steps of 2^-24 below 2^-14, and a driver may cut off the rest; float32 below 2^-126 may be taken for 0.
-    let half = ["indirect", "final"].iter().find_map(|name| frames.plan().outputs.get(name)).is_some_and(|id| {
-        frames.plan().resources[id.0].format() == Some(wgpu::TextureFormat::Rgba16Float)
-    });
+    let half = ["indirect", "final"]
+        .iter()
+        .find_map(|name| frames.plan().outputs.get(name))
+        .is_some_and(|id| frames.plan().resources[id.0].format() == Some(wgpu::TextureFormat::Rgba16Float));
     let bound = f64::from(FACTOR) * if half { 2f64.powi(-24) } else { 2f64.powi(-126) };
     let far = |(a, b): (&f32, &f32)| (f64::from(*a) * f64::from(FACTOR) - f64::from(*b)).abs();
     let worst = plain.iter().flatten().zip(other.iter().flatten()).map(far).fold(0.0, f64::max);
-    let reason = "16 times the light moves exponents alone; under the least normal number, 2^-126 or 2^-14, steps are cut off";
+    let reason =
+        "16 times the light moves exponents alone; under the least normal number, 2^-126 or 2^-14, steps are cut off";
     Ok(vec![subject.check.clone().bounded("largest difference, radiance", worst, bound, reason)])
 }
 
@@ -196,7 +198,7 @@ fn units(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
         let twin = scaled(session.scene, factor);
         for check in subject.same_mean(session, &twin, 2e-3, AT_EDGES)? {
             let check = Check { detail: format!("times {factor}: {}", check.detail), ..check };
-            if worst.as_ref().is_none_or(|worst| !(check.worst <= worst.worst)) {
+            if worst.as_ref().is_none_or(|worst| check.worst.is_nan() || check.worst > worst.worst) {
                 worst = Some(check);
             }
         }
@@ -364,7 +366,8 @@ fn viewport_offset(session: &Session, subject: Subject) -> Result<Vec<Check>, Er
     let (small, large) = (read(session, SIZE)?, read(&wide, [2 * SIZE[0], 2 * SIZE[1]])?);
     let crop = (0..w * h).map(|i| large[(i / w + h / 2) * 2 * w + i % w + w / 2]);
     let wrong = small.iter().zip(crop).filter(|(a, b)| (*a - b).abs() > 1e-4 * a.max(*b)).count();
-    let reason = "the same rays meet the same surfaces; where one meets an edge, rounding decides: a pixel in a hundred";
+    let reason =
+        "the same rays meet the same surfaces; where one meets an edge, rounding decides: a pixel in a hundred";
     Ok(vec![subject.check.clone().bounded("pixels of other depth", wrong as f64, (w * h) as f64 / 100.0, reason)])
 }
 
@@ -446,11 +449,13 @@ fn found_anew(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> 
     fresh.run(4)?;
     let now = depth(&frames)?;
     // The wall stands half as far again behind the block.
-    let uncovered: Vec<usize> = (0..now.len()).filter(|&i| now[i][0] > 1.2 * before[i][0] && before[i][0] > 0.0).collect();
+    let uncovered: Vec<usize> =
+        (0..now.len()).filter(|&i| now[i][0] > 1.2 * before[i][0] && before[i][0] > 0.0).collect();
     let (with, without) = (light(&frames)?, light(&fresh)?);
     let wrong = uncovered.iter().filter(|&&i| with[i] != without[i]).count();
     let reason = "a surface that the frame before did not show has no history, so its light is this frame's own";
-    let check = subject.check.clone().bounded("uncovered pixels with light of the frame before", wrong as f64, 0.0, reason);
+    let check =
+        subject.check.clone().bounded("uncovered pixels with light of the frame before", wrong as f64, 0.0, reason);
     Ok(vec![check.detail(format!("of {} uncovered pixels", uncovered.len()))])
 }
 

@@ -97,8 +97,7 @@ impl Check {
 
     /// Whether the worst value is over its bound; a value that is not a number always is.
     pub fn is_red(&self) -> bool {
-        // Written so that NaN is red.
-        self.bound.is_some_and(|bound| !(self.worst <= bound))
+        self.bound.is_some_and(|bound| self.worst.is_nan() || self.worst > bound)
     }
 
     /// Why a red check is red, where that is known.
@@ -245,15 +244,17 @@ impl<'a> Suite<'a> {
     }
 
     /// Techniques with the settings that a row of extremes is run with: all pairs of values, or in a quick run the
-    /// default and two of the settings that hold each value once, other ones with every row.
+    /// default and one or two of the settings that hold each value once, other ones with every row.
     fn pairs(&mut self) -> Vec<(&'static Technique, Vec<Settings>)> {
         self.turn += 1;
         let (quick, turn) = (self.options.quick, self.turn);
+        // With many techniques one other setting a row is enough: rows are many.
+        let others = if self.switches.len() > 3 { 1 } else { 2 };
         let of = |s: &Switches| match quick {
             false => [&s.single[..1], &s.pairs].concat(),
             true => {
                 let mut all = vec![s.single[0].clone()];
-                all.extend((0..2).filter_map(|i| s.each.get((2 * turn + i) % s.each.len()).cloned()));
+                all.extend((0..others).filter_map(|i| s.each.get((others * turn + i) % s.each.len()).cloned()));
                 all.dedup();
                 all
             }

@@ -79,7 +79,10 @@ impl std::fmt::Display for Table {
         for check in self.checks.iter().filter(|check| check.is_red()) {
             let Check { group, row, technique, settings, measure, worst, detail, .. } = check;
             let bound = check.bound.unwrap_or(f64::NAN);
-            writeln!(f, "\nRED {group}: {row}\n    {technique} {settings}\n    {measure}: {worst} over {bound}; {detail}")?;
+            writeln!(
+                f,
+                "\nRED {group}: {row}\n    {technique} {settings}\n    {measure}: {worst} over {bound}; {detail}"
+            )?;
             writeln!(f, "    {}", check.explanation().unwrap_or("not explained"))?;
         }
         writeln!(f, "\n{}", self.summary())
@@ -137,8 +140,19 @@ impl Table {
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer
             .write_record([
-                "group", "row", "technique", "settings", "result", "measure", "worst", "bound", "reason", "detail",
-                "clamped", "largest", "explanation",
+                "group",
+                "row",
+                "technique",
+                "settings",
+                "result",
+                "measure",
+                "worst",
+                "bound",
+                "reason",
+                "detail",
+                "clamped",
+                "largest",
+                "explanation",
             ])
             .map_err(|e| failed(&e))?;
         for check in &self.checks {

@@ -3,10 +3,10 @@
 use glam::DVec3;
 use halflight_native::images::luminance;
 use halflight_renderer::{
+    UniformValue,
     parameters::{Kind, Settings, Value},
     plan::Part,
     techniques::technique,
-    UniformValue,
 };
 use halflight_scenes::Scene;
 
@@ -156,10 +156,11 @@ fn gather_levels(session: &Session, settings: &Settings, size: [u32; 2], check: 
         let worst = percentile(&mut errors, 0.97);
         let reason = "as the exhaustive sum; three receivers of a hundred may have a sample whose place rounds into another texel";
         checks.push(
-            check
-                .clone()
-                .bounded("97th percentile of the relative error", worst, 1e-4, reason)
-                .detail(format!("{}, level {k}; median {:.1e}", check.detail, percentile(&mut errors, 0.5))),
+            check.clone().bounded("97th percentile of the relative error", worst, 1e-4, reason).detail(format!(
+                "{}, level {k}; median {:.1e}",
+                check.detail,
+                percentile(&mut errors, 0.5)
+            )),
         );
     }
     Ok(checks)
@@ -255,7 +256,8 @@ fn storage(suite: &mut Suite) {
         let Kind::Choice(names) = declared.kind else { continue };
         for &name in names {
             let settings = Settings::from([(declared.key(), Value::Text(name.into()))]);
-            let check = Check { settings: format!("storage={name}"), ..Check::new(GROUP, row, technique.name, &settings) };
+            let check =
+                Check { settings: format!("storage={name}"), ..Check::new(GROUP, row, technique.name, &settings) };
             suite.guarded(check, |check| {
                 let size = [160, 90];
                 let mut frames = frame(&session, technique.name, &settings, size)?;
@@ -279,7 +281,11 @@ fn storage(suite: &mut Suite) {
                 };
                 Ok(vec![
                     check.clone().bounded("largest relative error against float32", worst, bound, reason),
-                    check.clone().told("technique's time, ms", percentile(&mut times, 0.5), "median of 5 frames at 160x90"),
+                    check.clone().told(
+                        "technique's time, ms",
+                        percentile(&mut times, 0.5),
+                        "median of 5 frames at 160x90",
+                    ),
                     check.clone().told("technique's memory, bytes", bytes, "at 160x90"),
                 ])
             });

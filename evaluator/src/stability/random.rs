@@ -317,7 +317,8 @@ impl Configuration {
             };
             for found in frames.scan()? {
                 if found.not_finite() > 0 {
-                    let text = format!("frame {frame}: {} has {} NaN, {} infinities", found.name, found.nan, found.infinite);
+                    let text =
+                        format!("frame {frame}: {} has {} NaN, {} infinities", found.name, found.nan, found.infinite);
                     return Ok((Some(text), false));
                 }
                 if found.negative > 0 && light(&found.name) {
@@ -414,7 +415,8 @@ pub fn run(adapter: &AdapterChoice, count: usize, seed: u64, folder: Option<&Pat
                 (smallest, fault) = (tree.current(), found);
             }
         }
-        let words = format!("{fault}: {} {} {smallest:?}", smallest.technique().name, super::words(&smallest.settings()));
+        let words =
+            format!("{fault}: {} {} {smallest:?}", smallest.technique().name, super::words(&smallest.settings()));
         if let Some(folder) = folder {
             smallest.write(folder, outcome.faults.len(), &fault)?;
         }

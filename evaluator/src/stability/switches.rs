@@ -170,7 +170,8 @@ fn cover(
             // What none needs stays at its default, which every other value goes with.
             let best = (0..all[parameter].len()).max_by_key(|&v| (gain(v), v == defaults[parameter]));
             row[parameter] = best;
-            let whole: Vec<usize> = row.iter().zip(defaults).map(|(value, &default)| value.unwrap_or(default)).collect();
+            let whole: Vec<usize> =
+                row.iter().zip(defaults).map(|(value, &default)| value.unwrap_or(default)).collect();
             if refusal(&settings(&whole)).is_some() {
                 row[parameter] = Some(defaults[parameter]);
             }

@@ -64,7 +64,7 @@ impl Grid {
         Self::parse(path, &text).map_err(|e| Error::BadInput(e.to_string()))
     }
 
-    fn parse(path: &Path, text: &str) -> Result<Self, SceneError> {
+    pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, SceneError> {
         let source = Source { path, text };
         let document = source.parse()?;
         let file = Table::file(source, &document, &KEYS)?;

@@ -14,6 +14,7 @@ pub mod report;
 pub mod run;
 mod serial;
 pub mod session;
+pub mod stability;
 pub mod statistics;
 pub mod temporal;
 pub mod truth;

@@ -14,12 +14,12 @@ use halflight_native::{
 use halflight_renderer::{
     parameters::Settings,
     plan::Part,
+    scan::Scanned,
     techniques::parameters_of,
     truth::{Request as TruthRequest, Stop, Truth},
 };
 use halflight_scenes::{Scene, SceneNeeds};
 use serde_json::{Map, Value};
-use wgpu::TextureFormat;
 
 use crate::{
     Error,
@@ -535,24 +535,19 @@ fn time_frames(
     })
 }
 
-/// Fails where a texture of a plan holds NaN or infinity.
+/// Fails where a texture or buffer of a plan holds NaN or infinity. The device looks through them.
 ///
 /// # Errors
-/// The texture and the number of bad texels.
+/// The texture or buffer and the number of bad values.
 pub fn check_textures(all: &[&Frames]) -> Result<(), Error> {
-    let none = |name: &str, bad: usize| match bad {
-        0 => Ok(()),
-        _ => Err(Error::Failed(format!("the texture {name} holds {bad} texels with NaN or infinity"))),
-    };
     for frames in all {
-        for (name, texels) in frames.read_all()? {
-            none(&name, texels.iter().filter(|texel| !texel.iter().all(|v| v.is_finite())).count())?;
-        }
-        // Of a surfel only the depth, its first word, could be other than finite: the rest is integers.
-        for resource in frames.plan().resources.iter().filter(|r| r.format() == Some(TextureFormat::Rgba32Uint)) {
-            let bytes = frames.read_bytes(&resource.name)?.unwrap_or_default();
-            let depths = bytes.as_chunks::<16>().0.iter().map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-            none(&resource.name, depths.filter(|depth| !depth.is_finite()).count())?;
+        for found in frames.scan()? {
+            if found.not_finite() > 0 {
+                let Scanned { name, values, nan, infinite, .. } = found;
+                return Err(Error::Failed(format!(
+                    "{name} holds {nan} NaN and {infinite} infinities among {values} values"
+                )));
+            }
         }
     }
     Ok(())

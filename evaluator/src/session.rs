@@ -4,7 +4,7 @@ use std::path::Path;
 
 use halflight_native::{
     AdapterChoice, NativeGpu,
-    frames::{FrameTime, Timing, read_buffer, read_texture, run_frame},
+    frames::{FrameTime, Timing, map, read_buffer, read_texture, run_frame},
     images::{Image, Rgb},
 };
 use halflight_renderer::{
@@ -12,6 +12,7 @@ use halflight_renderer::{
     parameters::{Settings, SettingsError},
     plan::{FramePlan, ResourceKind},
     plan_frame, plan_scene, plan_technique_of_scene,
+    scan::{Scan, Scanned},
     techniques::Technique,
     texels::decoder,
 };
@@ -222,6 +223,18 @@ impl Frames<'_> {
             }
         }
         Ok(all)
+    }
+
+    /// Looks through everything that the last frame wrote, on the device: NaN, infinities, clamped values.
+    ///
+    /// # Errors
+    /// Where the device was lost.
+    pub fn scan(&self) -> Result<Vec<Scanned>, Error> {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let scan = Scan::record(self.gpu, &self.recording, &mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        let bytes = map(self.gpu, scan.readable()).map_err(|e| Error::Failed(e.to_string()))?;
+        Ok(scan.found(&bytes))
     }
 
     /// The bytes of the plan's texture of this name, rows packed without padding; `None` where there

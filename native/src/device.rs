@@ -1,6 +1,12 @@
 //! A device without a window.
 
-use std::fmt;
+use std::{
+    fmt,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
 
 use halflight_renderer::Gpu;
 
@@ -46,6 +52,7 @@ pub struct NativeGpu {
     pub gpu: Gpu,
     /// Name, driver, backend and type of the adapter.
     pub info: wgpu::AdapterInfo,
+    _handler: Handler,
 }
 
 impl NativeGpu {
@@ -77,12 +84,41 @@ impl NativeGpu {
         .map_err(|e| {
             DeviceError(format!("adapter \"{}\" refused a device: {e}; choose another with --adapter", info.name))
         })?;
-        Ok(Self { gpu: Gpu::new(device, queue), info })
+        let handler = Handler::of(&device);
+        Ok(Self { gpu: Gpu::new(device, queue), info, _handler: handler })
     }
 
     /// Whether the adapter runs on the processor; its times compare only as ratios.
     pub fn is_software(&self) -> bool {
         self.info.device_type == wgpu::DeviceType::Cpu
+    }
+}
+
+/// Errors of a device that was lost are not this program's mistakes: they end with a sentence when its results are read,
+/// and not here. All others panic, as they do where nobody handles them.
+struct Handler(wgpu::Device);
+
+impl Handler {
+    fn of(device: &wgpu::Device) -> Self {
+        let lost = Arc::new(AtomicBool::new(false));
+        let told = lost.clone();
+        device.set_device_lost_callback(move |_, _| told.store(true, Ordering::Release));
+        let own = device.clone();
+        device.on_uncaptured_error(Arc::new(move |error| {
+            // A loss is told once the device is idle, which may be later than the first error that comes of it.
+            drop(own.poll(wgpu::PollType::wait_indefinitely()));
+            if !lost.load(Ordering::Acquire) {
+                panic!("the device refused: {error}");
+            }
+        }));
+        Self(device.clone())
+    }
+}
+
+impl Drop for Handler {
+    /// The handler holds the device that holds the handler.
+    fn drop(&mut self) {
+        self.0.on_uncaptured_error(Arc::new(|error| panic!("the device refused: {error}")));
     }
 }
 

@@ -16,6 +16,8 @@ pub struct Gpu {
     /// Nanoseconds of one timestamp tick, where the device writes timestamps.
     pub timestamp_period: Option<f32>,
     modules: Mutex<HashMap<&'static str, wgpu::ShaderModule>>,
+    /// Sources that stand in for those of the build.
+    replaced: Mutex<HashMap<&'static str, String>>,
     compute: Mutex<HashMap<ComputeKey, wgpu::ComputePipeline>>,
     render: Mutex<HashMap<RenderKey, wgpu::RenderPipeline>>,
 }
@@ -48,6 +50,7 @@ impl Gpu {
             queue,
             timestamp_period,
             modules: Mutex::default(),
+            replaced: Mutex::default(),
             compute: Mutex::default(),
             render: Mutex::default(),
         }
@@ -64,15 +67,47 @@ impl Gpu {
         }
     }
 
+    /// A buffer with these contents. It is written through the queue and not mapped: mapping panics where the device was
+    /// lost in the meantime.
+    pub(crate) fn filled_buffer(&self, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let padded = contents.len().next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT as usize);
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: padded as u64,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        if padded == contents.len() {
+            self.queue.write_buffer(&buffer, 0, contents);
+        } else {
+            let mut whole = contents.to_vec();
+            whole.resize(padded, 0);
+            self.queue.write_buffer(&buffer, 0, &whole);
+        }
+        buffer
+    }
+
+    /// Uses other WGSL for a shader from now on, in everything that is made after this; its entry points, constants
+    /// and bindings must stay what they were. For work on a shader without building anew, and for tests that must fail.
+    pub fn replace_source(&self, shader: &'static Shader, wgsl: String) {
+        let name = shader.name;
+        self.replaced.lock().unwrap_or_else(PoisonError::into_inner).insert(name, wgsl);
+        self.modules.lock().unwrap_or_else(PoisonError::into_inner).remove(name);
+        self.compute.lock().unwrap_or_else(PoisonError::into_inner).retain(|key, _| key.shader != name);
+        self.render.lock().unwrap_or_else(PoisonError::into_inner).retain(|key, _| key.0 != name);
+    }
+
     /// The linked module of this shader.
     pub fn module(&self, shader: &'static Shader) -> wgpu::ShaderModule {
+        let replaced = self.replaced.lock().unwrap_or_else(PoisonError::into_inner);
+        let source = replaced.get(shader.name).map_or(shader.source, String::as_str);
         let mut modules = self.modules.lock().unwrap_or_else(PoisonError::into_inner);
         modules
             .entry(shader.name)
             .or_insert_with(|| {
                 self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
                     label: Some(shader.name),
-                    source: wgpu::ShaderSource::Wgsl(shader.source.into()),
+                    source: wgpu::ShaderSource::Wgsl(source.into()),
                 })
             })
             .clone()

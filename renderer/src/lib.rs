@@ -15,6 +15,7 @@ pub mod plan;
 pub mod preset;
 mod record;
 mod resolution;
+pub mod scan;
 mod scene_buffers;
 mod scene_voxels;
 mod shadow;

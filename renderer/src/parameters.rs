@@ -135,7 +135,7 @@ impl Parameter {
 
 /// A setting that cannot be used: one sentence with the key and the mend.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
+#[error("{}", halflight_scenes::one_line(.0))]
 pub struct SettingsError(pub String);
 
 /// A Rust type that a parameter can have.

@@ -5,7 +5,6 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, vec2};
 use halflight_scenes::{Environment, Light, Scene, Texture};
-use wgpu::util::DeviceExt;
 
 use crate::Gpu;
 
@@ -106,11 +105,8 @@ impl SceneBuffers {
         let [solid, open] = solid_and_open(scene);
         let storage = |label, bytes: &[u8], size: usize, usage| {
             let empty = vec![0u8; size];
-            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                contents: if bytes.is_empty() { &empty } else { bytes },
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | usage,
-            })
+            let contents = if bytes.is_empty() { &empty } else { bytes };
+            gpu.filled_buffer(label, contents, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | usage)
         };
         use bytemuck::cast_slice;
         let none = wgpu::BufferUsages::empty();

@@ -14,7 +14,7 @@ mod needs;
 mod watertight;
 
 pub use data::{Camera, Environment, Light, Material, Mesh, Scene, Texture};
-pub use error::SceneError;
+pub use error::{SceneError, one_line};
 pub use load::keys;
 pub use load::{DiskFiles, FileSource, MemoryFiles, load_scene, nearest_name, write_obj, write_scene};
 pub use motion::{CameraKeyframe, Keyframe, Motion, Moves, Pose};

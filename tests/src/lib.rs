@@ -2,9 +2,8 @@
 //! reason about, and double-precision twins of what the shaders compute.
 
 pub mod bitmask;
-pub mod oracle;
-pub mod scenes;
-pub mod voxels;
+
+pub use halflight_evaluator::stability::{oracle, scenes, voxels};
 
 use std::{
     path::{Path, PathBuf},

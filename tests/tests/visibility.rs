@@ -4,7 +4,7 @@
 use glam::Vec3;
 use halflight_evaluator::session::Session;
 use halflight_renderer::{SceneFacts, plan_technique, techniques::TECHNIQUES};
-use halflight_scenes::{Mesh, Scene};
+use halflight_scenes::Scene;
 use halflight_tests::{
     bundled, device, frames, known, mean_luminance, render, request, scenes, settings,
     voxels::{Grid, answered, answers, surfels_of},
@@ -51,27 +51,11 @@ fn rays_answer_as_their_double_precision_twin() {
     assert!(ties < asked / 50, "{ties} ties");
 }
 
-/// A closed box.
-fn block(low: Vec3, high: Vec3, material: usize) -> Mesh {
-    let (x, y, z) = (Vec3::X * (high - low), Vec3::Y * (high - low), Vec3::Z * (high - low));
-    let faces = [(low, y, x), (low + z, x, y), (low, z, y), (low + x, y, z), (low, x, z), (low + y, z, x)];
-    let mut all = Mesh { material, ..Mesh::default() };
-    for (corner, u, v) in faces {
-        let quad = scenes::quad(corner, u, v, material);
-        let first = all.positions.len() as u32;
-        all.positions.extend(quad.positions);
-        all.normals.extend(quad.normals);
-        all.uvs.extend(quad.uvs);
-        all.indices.extend(quad.indices.iter().map(|i| first + i));
-    }
-    all
-}
-
 /// A lit floor, a wall, and a thick block between that lets no light of the floor's far part through.
 fn walled() -> Scene {
     let mut scene = scenes::court();
     scene.meshes.truncate(2);
-    scene.meshes.push(block(Vec3::new(-1.5, 0.0, -0.5), Vec3::new(1.5, 1.0, 0.1), 0));
+    scene.meshes.push(scenes::block(Vec3::new(-1.5, 0.0, -0.5), Vec3::new(1.5, 1.0, 0.1), 0));
     scene
 }
 

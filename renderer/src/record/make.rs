@@ -1,7 +1,6 @@
 //! What a pass needs before its first frame: pipelines, bind groups, textures and buffers.
 
 use halflight_shared_shaders::{BindingKind, Stage};
-use wgpu::util::DeviceExt;
 
 use super::{ReadyPass, bindings, in_turn};
 use crate::{
@@ -180,5 +179,5 @@ pub(super) fn make_texture(
 }
 
 pub(super) fn make_buffer(gpu: &Gpu, name: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(name), contents, usage })
+    gpu.filled_buffer(name, contents, usage)
 }

@@ -241,11 +241,15 @@ pub fn ring_radii(ring: Ring, radius: f32, level: u32) -> [f32; 2] {
     if level == 0 { [0.0, outer] } else { [inner, outer] }
 }
 
-/// The smallest radius whose rings cover the screen from any pixel of it: the outermost ring reaches
-/// as far as the diagonal of level 0.
+/// Radius of a ring that holds more than the receiver's own texel, texels: with less, many levels on a small picture
+/// would see nothing but themselves.
+const LEAST_OUTER_RADIUS: f32 = 2.0;
+
+/// The smallest radius whose rings cover the screen from any pixel of it and reach beyond the receiver's own texel: the
+/// outermost ring reaches as far as the diagonal of level 0.
 pub fn covering_radius(ring: Ring, levels: u32, size: [u32; 2]) -> f32 {
     let diagonal = (size[0] as f32).hypot(size[1] as f32);
-    let outermost = diagonal / (1u32 << (levels - 1)) as f32;
+    let outermost = (diagonal / (1u32 << (levels - 1)) as f32).max(LEAST_OUTER_RADIUS);
     match ring {
         Ring::Inner => outermost,
         Ring::Outer => 0.5 * outermost,

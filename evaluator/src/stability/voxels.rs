@@ -1,20 +1,17 @@
 //! The voxel grid and its rays once more, in double precision on the CPU: every column on the way is clipped on its
 //! own, where the shader steps from one to the next.
 
-use halflight_evaluator::session::{Frames, Session};
 use halflight_renderer::{
     SceneFacts,
     parameters::Settings,
     plan::{FramePlan, Part},
     plan_frame,
-    techniques::hierarchical::{Hierarchical, covering_radius, ring_radii},
+    techniques::hierarchical::{Hierarchical, TECHNIQUE, covering_radius, ring_radii},
 };
 use wgpu::TextureFormat;
 
-use crate::{
-    known,
-    oracle::{GBuffer, Pixel, Random},
-};
+use super::oracle::{GBuffer, Pixel, Random};
+use crate::session::{Frames, Session};
 
 /// Slices of a column.
 const SLICES: f64 = 128.0;
@@ -201,7 +198,7 @@ pub fn plan_with_pairs(
     size: [u32; 2],
     pairs: &[(u32, Vec<Pair>)],
 ) -> FramePlan {
-    let mut plan = plan_frame(facts, known("hierarchical"), settings, size, Default::default()).expect("a plan");
+    let mut plan = plan_frame(facts, &TECHNIQUE, settings, size, Default::default()).expect("a plan");
     for (k, pairs) in pairs {
         let gather = plan.find(&format!("gather_{k}")).expect("the level gathers").clone();
         let data = plan.data(format!("pairs_{k}"), bytemuck::cast_slice(pairs).to_vec(), "pairs to answer");

@@ -1,7 +1,8 @@
 //! The gather of small images once more, in double precision on the CPU, from the same G-buffer.
 
 use glam::DVec3;
-use halflight_evaluator::session::Frames;
+
+use crate::session::Frames;
 
 /// What a full-resolution pixel shows.
 #[derive(Clone, Copy, Debug)]
@@ -180,4 +181,91 @@ const MIN_COS_BETA: f64 = 0.02;
 
 fn slant(pixel: &Pixel) -> f64 {
     (-pixel.normal.dot(pixel.position)).max(MIN_COS_BETA * pixel.depth)
+}
+
+/// The gather of one level once more: the same samples as `gather.wgsl` takes, each one's light in double precision.
+/// Places are found in float32, in the shader's order of operations, so that both look into the same texels but for a
+/// few whose place rounds otherwise.
+#[derive(Clone, Copy, Debug)]
+pub struct GatherTwin {
+    /// Width of a texel, full-resolution pixels.
+    pub scale: f32,
+    /// Square of the ring's inner radius, texels.
+    pub inner_square: f32,
+    /// Square of its outer radius.
+    pub outer_square: f32,
+    /// Screen area of the disc of one sample, full-resolution pixels.
+    pub disc_area: f64,
+    /// Discs that one sample stands for.
+    pub discs: f64,
+    /// Stream of random numbers.
+    pub stream: u32,
+    /// Samples.
+    pub samples: u32,
+    /// Equation 4, otherwise 3.
+    pub point_to_disc: bool,
+    /// Number of the frame.
+    pub frame: u32,
+    /// The user's seed.
+    pub seed: u32,
+}
+
+impl GatherTwin {
+    /// Light that the texel of this index receives from its ring.
+    pub fn light(&self, surfels: &GBuffer, index: usize) -> DVec3 {
+        const TURN: [f32; 2] = [-0.737_368_9, 0.675_490_3];
+        let receiver = &surfels.pixels[index];
+        if receiver.depth <= 0.0 {
+            return DVec3::ZERO;
+        }
+        let width = surfels.size[0];
+        let texel = [index as u32 % width, index as u32 / width];
+        let random = spread2(texel, self.frame, self.stream, self.seed);
+        let extent = surfels.display_size.map(|v| v as f32 / self.scale);
+        let centre = texel.map(|v| v as f32 + 0.5);
+        let step = (self.outer_square - self.inner_square) / self.samples as f32;
+        let mut square = self.inner_square + step * random[0];
+        let angle = std::f32::consts::TAU * random[1];
+        let mut direction = [angle.cos(), angle.sin()];
+        let mut sum = DVec3::ZERO;
+        for _ in 0..self.samples {
+            let radius = square.sqrt();
+            let point: [f32; 2] = std::array::from_fn(|axis| centre[axis] + radius * direction[axis]);
+            square += step;
+            let [x, y] = direction;
+            direction = [x * TURN[0] - y * TURN[1], x * TURN[1] + y * TURN[0]];
+            // Off the screen there is nothing to gather.
+            if (0..2).any(|axis| point[axis] <= 0.0 || point[axis] >= extent[axis]) {
+                continue;
+            }
+            let source = &surfels.pixels[(point[1] as u32 * width + point[0] as u32) as usize];
+            if source.depth > 0.0 {
+                sum += source.radiance * surfels.form_factor(receiver, source, self.disc_area, self.point_to_disc);
+            }
+        }
+        sum * self.discs
+    }
+}
+
+/// `spread2` of common/math.wgsl, for frames that share nothing.
+fn spread2(pixel: [u32; 2], frame: u32, stream: u32, seed: u32) -> [f32; 2] {
+    let words = pcg3d([0, frame, stream ^ seed.wrapping_mul(0x9E37_79B9)]);
+    let start = words.map(|word| (word >> 8) as f32 * 5.960_464_5e-8);
+    let [x, y] = pixel.map(|v| v as f32);
+    let number = |a: f32, b: f32, start: f32| (start + (a * x + b * y)).fract();
+    [number(0.754_877_7, 0.569_840_3, start[0]), number(0.569_840_3, 0.245_122_33, start[1])]
+}
+
+/// `pcg3d` of common/math.wgsl (Jarzynski & Olano 2020).
+fn pcg3d(value: [u32; 3]) -> [u32; 3] {
+    let mut v = value.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+    let mix = |v: &mut [u32; 3]| {
+        v[0] = v[0].wrapping_add(v[1].wrapping_mul(v[2]));
+        v[1] = v[1].wrapping_add(v[2].wrapping_mul(v[0]));
+        v[2] = v[2].wrapping_add(v[0].wrapping_mul(v[1]));
+    };
+    mix(&mut v);
+    v = v.map(|v| v ^ v >> 16);
+    mix(&mut v);
+    v
 }

@@ -9,7 +9,8 @@ use crate::{
     parameters::SettingsError,
     plan::{FramePlan, Part, ResourceId},
     resolution::Level,
-    techniques::Inputs,
+    shadow::ShadowLayer,
+    techniques::{Inputs, SceneInputs},
 };
 
 /// Lit surfaces that stand for all that the lights light: two buffers with one entry for each.
@@ -19,6 +20,90 @@ pub(crate) struct VirtualLights {
     /// `array<vec4u>`: normal, radiance and the factor of the radiance.
     pub(crate) lights: ResourceId,
     pub(crate) count: u32,
+}
+
+/// Textures that each view is drawn into, one after another, and what drawing them takes.
+pub(crate) struct LightMaps {
+    /// World position and area of each texel's surface.
+    pub(crate) place: ResourceId,
+    /// Its normal and the radiance that it sends on.
+    pub(crate) light: ResourceId,
+    depth: ResourceId,
+    size: u32,
+}
+
+/// Needs the scene: an error where only textures were given.
+fn scene_of(inputs: &Inputs, technique: &str) -> Result<SceneInputs, SettingsError> {
+    inputs.scene.ok_or_else(|| {
+        SettingsError(format!(
+            "{technique} draws the scene as its lights see it and only textures were given: plan with the facts of a scene"
+        ))
+    })
+}
+
+impl LightMaps {
+    /// Plans the textures, `size` texels a side.
+    pub(crate) fn new(plan: &mut FramePlan, size: u32) -> Self {
+        let mut map = |name: &str, format, reason: &str| plan.texture(name, [size; 2], format, reason);
+        Self {
+            place: map("light_view_place", Format::Rgba32Float, "what a light sees, one after another"),
+            light: map("light_view_light", Format::Rgba32Uint, "what it sends there"),
+            depth: map("light_view_depth", Gpu::DEPTH_FORMAT, "hidden surfaces"),
+            size,
+        }
+    }
+
+    /// Plans the drawing of one view.
+    fn draw(&self, plan: &mut FramePlan, scene: &SceneInputs, index: usize, view: &ShadowLayer) {
+        let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
+        let materials = plan.scene_buffer("scene.materials", "the scene's materials");
+        let lights = plan.scene_buffer("scene.lights", "the scene's lights");
+        let texels = (scene.textured || scene.alpha_tested)
+            .then(|| plan.scene_buffer("scene.texels", "materials with textures"));
+        let objects = scene.moving.then(|| plan.scene_buffer("scene.objects", "objects move"));
+        let features = [("alpha_tested", scene.alpha_tested), ("textured", scene.textured), ("moving", scene.moving)];
+        let mut pass = plan
+            .pass(Part::Technique, format!("light_view_{index}"), variant("light_views/light_view", &features))
+            .param("world_to_clip", view.world_to_clip)
+            .param("light", view.light)
+            .param("texel_width", view.width / self.size as f32)
+            .bind("vertices", vertices)
+            .bind("materials", materials)
+            .bind("lights", lights)
+            .because("what a light lights sends light on");
+        if let Some(texels) = texels {
+            pass = pass.bind("texels", texels);
+        }
+        if let Some(objects) = objects {
+            pass = pass.bind("objects", objects);
+        }
+        pass.draw(vec![self.place, self.light], (self.depth, 0));
+    }
+}
+
+/// Plans maps of `size` texels a side for every light, and after each one what `use_map` makes of it. Nothing in a scene
+/// without lights.
+///
+/// # Errors
+/// Where only textures were given, without a scene and its lights.
+pub(crate) fn plan_light_maps(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    technique: &str,
+    size: u32,
+    mut use_map: impl FnMut(&mut FramePlan, &LightMaps, usize, &ShadowLayer),
+) -> Result<(), SettingsError> {
+    let scene = scene_of(inputs, technique)?;
+    let views = plan.light_views.clone();
+    if views.is_empty() {
+        return Ok(());
+    }
+    let maps = LightMaps::new(plan, size);
+    for (index, view) in views.iter().enumerate() {
+        maps.draw(plan, &scene, index, view);
+        use_map(plan, &maps, index, view);
+    }
+    Ok(())
 }
 
 /// Bytes of an entry of any of the buffers.
@@ -37,17 +122,12 @@ pub(crate) fn plan_virtual_lights(
     count: u32,
     receivers: &Level,
 ) -> Result<Option<VirtualLights>, SettingsError> {
-    let Some(scene) = inputs.scene else {
-        return Err(SettingsError(format!(
-            "{technique} draws the scene as its lights see it and only textures were given: plan with the facts of a scene"
-        )));
-    };
-    let views = plan.light_views.clone();
-    if views.is_empty() {
+    scene_of(inputs, technique)?;
+    if plan.light_views.is_empty() {
         return Ok(None);
     }
     let texels = size * size;
-    let surfaces = texels * views.len() as u32;
+    let surfaces = texels * plan.light_views.len() as u32;
     let mut buffer =
         |name: &str, entries: u32, bytes: u64, reason: &str| plan.buffer(name, u64::from(entries) * bytes, reason);
     let places = buffer("lit_places", surfaces, ENTRY, "where the lights' surfaces are");
@@ -58,46 +138,19 @@ pub(crate) fn plan_virtual_lights(
         lights: buffer("virtual_lights", count, ENTRY, "what these send on"),
         count,
     };
-    let place =
-        plan.texture("light_view_place", [size; 2], Format::Rgba32Float, "what a light sees, one after another");
-    let light = plan.texture("light_view_light", [size; 2], Format::Rgba32Uint, "what it sends there");
-    let depth = plan.texture("light_view_depth", [size; 2], Gpu::DEPTH_FORMAT, "hidden surfaces");
-    let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
-    let materials = plan.scene_buffer("scene.materials", "the scene's materials");
-    let scene_lights = plan.scene_buffer("scene.lights", "the scene's lights");
-    let texels_buffer =
-        (scene.textured || scene.alpha_tested).then(|| plan.scene_buffer("scene.texels", "materials with textures"));
-    let objects = scene.moving.then(|| plan.scene_buffer("scene.objects", "objects move"));
-    for (index, view) in views.iter().enumerate() {
-        let features = [("alpha_tested", scene.alpha_tested), ("textured", scene.textured), ("moving", scene.moving)];
-        let mut pass = plan
-            .pass(Part::Technique, format!("light_view_{index}"), variant("light_views/light_view", &features))
-            .param("world_to_clip", view.world_to_clip)
-            .param("light", view.light)
-            .param("texel_width", view.width / size as f32)
-            .bind("vertices", vertices)
-            .bind("materials", materials)
-            .bind("lights", scene_lights)
-            .because("what a light lights sends light on");
-        if let Some(texels) = texels_buffer {
-            pass = pass.bind("texels", texels);
-        }
-        if let Some(objects) = objects {
-            pass = pass.bind("objects", objects);
-        }
-        pass.draw(vec![place, light], (depth, 0));
+    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, _| {
         plan.pass(Part::Technique, format!("collect_{index}"), "light_views/collect+importance")
             .param("first", texels * index as u32)
             .param("scale", receivers.scale as f32)
-            .bind("place", place)
-            .bind("light", light)
+            .bind("place", maps.place)
+            .bind("light", maps.light)
             .bind("places", places)
             .bind("lights", lights)
             .bind("surfels", receivers.surfels)
             .bind("importances", importances)
             .because("what each surface would bring to what the camera sees")
             .over([size; 2]);
-    }
+    })?;
     plan.pass(Part::Technique, "choose", "light_views/choose")
         .param("surfaces", surfaces)
         .param("chosen", count)

@@ -71,7 +71,7 @@ pub const TECHNIQUE: Technique = Technique {
 };
 
 /// Part of the scene's diagonal within which light is nearby.
-const NEARBY: f32 = 1.0 / 30.0;
+pub(super) const NEARBY: f32 = 1.0 / 30.0;
 
 /// Levels between the receivers of the gather and those that decide which virtual lights matter.
 const IMPORTANCE_LEVELS: u32 = 2;
@@ -99,15 +99,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     if lights.is_none() && !near {
         return Ok(None);
     }
-    let radius = match (parameters.radius, inputs.scene) {
-        (radius, _) if radius > 0.0 => radius,
-        (_, Some(scene)) => NEARBY * scene.diagonal,
-        _ => {
-            return Err(SettingsError(
-                "hybrid.radius = 0 takes its length from the scene and only textures were given: give a radius".into(),
-            ));
-        }
-    };
+    let radius = radius_or(parameters.radius, NEARBY, inputs, Hybrid::TECHNIQUE)?;
     let voxels = match (&lights, inputs.scene) {
         (Some(_), Some(scene)) if parameters.visibility == Switch::On => {
             Some(plan_scene_voxels(plan, &scene, parameters.voxel_resolution))
@@ -138,4 +130,18 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
     let light = to_display(plan, inputs, &upsampling, level, gathered, "indirect");
     Ok(temporal_filter(plan, inputs, Some(light), parameters.temporal_a))
+}
+
+/// The radius, or a share of the scene's diagonal where it is 0.
+///
+/// # Errors
+/// Where there is no scene to take it from.
+pub(super) fn radius_or(radius: f32, share: f32, inputs: &Inputs, technique: &str) -> Result<f32, SettingsError> {
+    match (radius, inputs.scene) {
+        (radius, _) if radius > 0.0 => Ok(radius),
+        (_, Some(scene)) => Ok(share * scene.diagonal),
+        _ => Err(SettingsError(format!(
+            "{technique}.radius = 0 takes its length from the scene and only textures were given: give a radius"
+        ))),
+    }
 }

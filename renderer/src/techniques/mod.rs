@@ -14,6 +14,9 @@ pub mod hierarchical;
 pub mod horizon;
 pub mod hybrid;
 pub mod ray_march;
+pub mod rsm;
+pub mod ssao;
+pub mod ssdo;
 
 /// What a technique reads, all at full resolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,6 +142,9 @@ pub static TECHNIQUES: &[Technique] = &[
     gtao::TECHNIQUE,
     horizon::TECHNIQUE,
     ray_march::TECHNIQUE,
+    rsm::TECHNIQUE,
+    ssdo::TECHNIQUE,
+    ssao::TECHNIQUE,
     exhaustive::TECHNIQUE,
     NONE,
 ];

@@ -1,0 +1,28 @@
+// Points inside the hemisphere over a surface, as screen-space methods sample it (Ritschel et al. 2009; Mittring 2007).
+import package::common::math::PI;
+import package::common::view::View;
+
+/// Point `i` of `count` inside the unit hemisphere around `normal`, spread evenly over its volume. `random` turns and
+/// shifts the whole set.
+fn hemisphere_point(normal: vec3f, i: u32, count: u32, random: vec2f) -> vec3f {
+    // Heights by the golden ratio, directions by the golden angle, distances in strata: no two of them move together.
+    let stratum = (f32(i) + random.x) / f32(count);
+    let height = fract(random.y + f32(i) * 0.6180339887498949);
+    let angle = 2.0 * PI * fract(random.x + f32(i) * 0.38196601125);
+    let across = sqrt(max(1.0 - height * height, 0.0));
+    // An orthonormal basis without a branch but for the sign (Duff et al. 2017).
+    let s = select(-1.0, 1.0, normal.z >= 0.0);
+    let a = -1.0 / (s + normal.z);
+    let b = normal.x * normal.y * a;
+    let tangent = vec3f(1.0 + s * normal.x * normal.x * a, s * b, -s * normal.x);
+    let bitangent = vec3f(b, s + normal.y * normal.y * a, -normal.y);
+    let direction = across * (cos(angle) * tangent + sin(angle) * bitangent) + height * normal;
+    // The volume within r grows with its cube.
+    return direction * pow(stratum, 1.0 / 3.0);
+}
+
+/// Full-resolution pixel, as a number with a fraction, at which a point of view space is seen; it must lie before the eye.
+fn pixel_of(position: vec3f, tan_half_fov: vec2f, display_size: vec2f) -> vec2f {
+    let ndc = position.xy / (tan_half_fov * max(-position.z, 1e-30));
+    return (ndc * vec2f(0.5, -0.5) + 0.5) * display_size;
+}

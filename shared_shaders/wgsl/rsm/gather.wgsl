@@ -1,0 +1,77 @@
+// Indirect light from one reflective shadow map (Dachsbacher & Stamminger 2005, section 3.3): texels around the place
+// where the light's view shows the receiver, many nearby and few far away. Adds to what the views before it brought.
+import package::common::math::{PI, spread2};
+import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
+import package::common::view::{View, SKY_DEPTH};
+import package::light_views::light_surface::{LightSurface, unpack_light};
+import package::light_views::transfer::transfer;
+
+struct Params {
+    world_to_clip: mat4x4f,
+    // Width of a texel in full-resolution pixels.
+    scale: f32,
+    // Largest distance of a sample in the map, widths of the map.
+    map_radius: f32,
+    // Stream of random numbers: the view.
+    index: u32,
+    // Brightness of the `published` weighting.
+    intensity: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var surfels: texture_2d<u32>;
+@group(0) @binding(3) var place: texture_2d<f32>;
+@group(0) @binding(4) var light: texture_2d<u32>;
+@group(0) @binding(5) var partial_sum: texture_2d<f32>;
+@group(0) @binding(6) var gathered: texture_storage_2d<rgba32float, write>;
+
+override SAMPLES: u32 = 64u;
+// Each sample as the texels that it stands for (true), or as printed: weighted by the square of its distance, between
+// points, without units.
+override RADIOMETRIC: bool = true;
+
+const STREAM: u32 = 4096u;
+
+@compute @workgroup_size(8, 8)
+fn gather(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(surfels)) {
+        return;
+    }
+    let own = textureLoad(surfels, id.xy, 0);
+    var sum = vec3f(0.0);
+    if params.index > 0u {
+        sum = textureLoad(partial_sum, id.xy, 0).rgb;
+    }
+    let in_view = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
+    let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
+    let clip = params.world_to_clip * vec4f(position, 1.0);
+    // Behind a spot light or a face of a cube the map shows nothing.
+    if surfel_depth(own) > SKY_DEPTH && clip.w > 0.0 {
+        let normal = normalize((view.view_to_world * vec4f(surfel_normal(own), 0.0)).xyz);
+        let size = vec2f(textureDimensions(place));
+        let centre = (clip.xy / clip.w * vec2f(0.5, -0.5) + 0.5) * size;
+        let random = spread2(id.xy, view.frame, STREAM + params.index, view.seed, false);
+        let reach = params.map_radius * size.x;
+        for (var i = 0u; i < SAMPLES; i++) {
+            let share = (f32(i) + random.x) / f32(SAMPLES);
+            let angle = 2.0 * PI * fract(random.y + f32(i) * 0.6180339887498949);
+            let texel = centre + reach * share * vec2f(cos(angle), sin(angle));
+            let inside = all(texel >= vec2f(0.0)) && all(texel < size);
+            let at = select(vec2i(0), vec2i(floor(texel)), inside);
+            let surface = unpack_light(textureLoad(place, at, 0), textureLoad(light, at, 0));
+            var factor = 0.0;
+            if RADIOMETRIC {
+                // Samples thin out with their distance: one stands for 2 pi reach^2 share / SAMPLES texels.
+                factor = transfer(position, normal, surface) * (2.0 * PI * reach * reach * share / f32(SAMPLES));
+            } else {
+                let toward = surface.position - position;
+                let square = max(dot(toward, toward), surface.area);
+                let cosines = max(dot(normal, toward), 0.0) * max(-dot(surface.normal, toward), 0.0) / square;
+                factor = params.intensity * share * share * cosines / (square * f32(SAMPLES));
+            }
+            sum += select(vec3f(0.0), surface.radiance * factor, inside && surface.area > 0.0);
+        }
+    }
+    textureStore(gathered, id.xy, vec4f(sum, 1.0));
+}

@@ -1,0 +1,65 @@
+// Screen-space directional occlusion, its indirect light (Ritschel et al. 2009, section 3.2): points inside a hemisphere
+// are projected to the screen; those behind what is seen there are hidden by a surface that sends light.
+import package::common::hemisphere::{hemisphere_point, pixel_of};
+import package::common::math::{PI, spread2};
+import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};
+import package::common::view::{View, SKY_DEPTH};
+import package::light_views::light_surface::LightSurface;
+import package::light_views::transfer::transfer;
+
+struct Params {
+    // Width of a texel in full-resolution pixels.
+    scale: f32,
+    // Scene units.
+    radius: f32,
+    // Brightness of the `published` weighting.
+    intensity: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var surfels: texture_2d<u32>;
+@group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+
+override SAMPLES: u32 = 64u;
+// Each sample as a disc of its share of the hemisphere's base (true), or Lambru's Equation 3, a mean without units.
+override RADIOMETRIC: bool = true;
+
+const STREAM: u32 = 3074u;
+
+@compute @workgroup_size(8, 8)
+fn gather(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(surfels)) {
+        return;
+    }
+    let own = textureLoad(surfels, id.xy, 0);
+    var sum = vec3f(0.0);
+    if surfel_depth(own) > SKY_DEPTH {
+        let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
+        let normal = surfel_normal(own);
+        let random = spread2(id.xy, view.frame, STREAM, view.seed, false);
+        // A sample's share of the disc under the hemisphere.
+        let area = PI * params.radius * params.radius / f32(SAMPLES);
+        for (var i = 0u; i < SAMPLES; i++) {
+            let point = position + params.radius * hemisphere_point(normal, i, SAMPLES, random);
+            let pixel = pixel_of(point, view.tan_half_fov, view.display_size);
+            let texel = vec2i(floor(pixel / params.scale));
+            let on_screen = point.z < 0.0 && all(pixel >= vec2f(0.0)) && all(pixel < view.display_size);
+            let words = textureLoad(surfels, select(vec2i(0), texel, on_screen), 0);
+            let depth = surfel_depth(words);
+            let sender = surfel_position(words, vec2u(max(texel, vec2i(0))), params.scale, view.display_size, view.tan_half_fov);
+            let hidden = on_screen && depth > SKY_DEPTH && depth < -point.z && distance(sender, position) < params.radius;
+            var factor = 0.0;
+            if RADIOMETRIC {
+                factor = transfer(position, normal, LightSurface(sender, area, surfel_normal(words), vec3f(0.0)));
+            } else {
+                let toward = sender - position;
+                let square = max(dot(toward, toward), 1e-12 * params.radius * params.radius);
+                let cosines = max(dot(normal, toward), 0.0) * max(-dot(surfel_normal(words), toward), 0.0) / square;
+                factor = params.intensity * cosines / (square * f32(SAMPLES));
+            }
+            sum += select(vec3f(0.0), surfel_radiance(words) * factor, hidden);
+        }
+    }
+    textureStore(gathered, id.xy, vec4f(sum, 1.0));
+}

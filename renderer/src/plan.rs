@@ -125,8 +125,12 @@ pub enum Meshes {
     All,
     /// Those that are the skin of solid matter.
     Solid,
-    /// The others.
+    /// Those that are not, and have no cut-outs.
     Open,
+    /// Those that have cut-outs.
+    CutOut,
+    /// Those that have none, solid or not.
+    WithoutCutOuts,
 }
 
 /// What a pass runs.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, vec2};
-use halflight_scenes::{Environment, Light, Scene, Texture};
+use halflight_scenes::{Environment, Light, Mesh, Scene, Texture};
 
 use crate::Gpu;
 
@@ -77,8 +77,12 @@ pub struct SceneBuffers {
     pub index_count: u32,
     /// Indices of the meshes that are the skin of solid matter.
     pub solid: Vec<Range<u32>>,
-    /// Indices of the other meshes.
+    /// Indices of the meshes that are not, and have no cut-outs.
     pub open: Vec<Range<u32>>,
+    /// Indices of the meshes that have cut-outs.
+    pub cut_out: Vec<Range<u32>>,
+    /// Indices of the meshes that have none.
+    pub without_cut_outs: Vec<Range<u32>>,
     /// Number of lights; 0 for an unlit scene.
     pub light_count: u32,
 }
@@ -102,7 +106,7 @@ impl SceneBuffers {
             })
             .collect();
         let lights = lights(&scene.pose(0).lights);
-        let [solid, open] = solid_and_open(scene);
+        let cut_out = |mesh: &Mesh| scene.materials.get(mesh.material).is_some_and(|m| m.alpha_texture.is_some());
         let storage = |label, bytes: &[u8], size: usize, usage| {
             let empty = vec![0u8; size];
             let contents = if bytes.is_empty() { &empty } else { bytes };
@@ -130,8 +134,10 @@ impl SceneBuffers {
                 .as_ref()
                 .map(|environment| storage("scene.environment", cast_slice(&environment_words(environment)), 16, none)),
             index_count: indices.len() as u32,
-            solid,
-            open,
+            solid: ranges(scene, |mesh| scene.is_solid(mesh)),
+            open: ranges(scene, |mesh| !scene.is_solid(mesh) && !cut_out(mesh)),
+            cut_out: ranges(scene, cut_out),
+            without_cut_outs: ranges(scene, |mesh| !cut_out(mesh)),
             light_count: lights.len() as u32,
         }
     }
@@ -182,21 +188,22 @@ fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>) {
     (vertices, indices)
 }
 
-/// Ranges of indices of the meshes that enclose solid matter and of those that do not; neighbours are joined.
-fn solid_and_open(scene: &Scene) -> [Vec<Range<u32>>; 2] {
-    let mut both = [const { Vec::<Range<u32>>::new() }; 2];
+/// Ranges of indices of the wanted meshes; neighbours are joined.
+fn ranges(scene: &Scene, wanted: impl Fn(&Mesh) -> bool) -> Vec<Range<u32>> {
+    let mut ranges = Vec::<Range<u32>>::new();
     let mut first = 0;
     for mesh in &scene.meshes {
         let end = first + mesh.indices.len() as u32;
-        let ranges = &mut both[usize::from(!scene.is_solid(mesh))];
-        match ranges.last_mut() {
-            Some(last) if last.end == first => last.end = end,
-            _ if end > first => ranges.push(first..end),
-            _ => {}
+        if wanted(mesh) {
+            match ranges.last_mut() {
+                Some(last) if last.end == first => last.end = end,
+                _ if end > first => ranges.push(first..end),
+                _ => {}
+            }
         }
         first = end;
     }
-    both
+    ranges
 }
 
 /// Octahedral map to two signed 16-bit numbers, as `octahedral_encode` and `pack2x16snorm` do.

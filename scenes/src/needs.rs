@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Light, Scene};
+use crate::{Light, Mesh, Scene};
 
 /// What a scene requires of a frame. A pass, a texture or a shader variant exists in a plan only
 /// where one of these facts or a setting asks for it.
@@ -22,6 +22,8 @@ pub struct SceneNeeds {
     pub watertight_meshes: usize,
     /// Number of meshes that do not.
     pub open_meshes: usize,
+    /// Number of those that have cut-outs.
+    pub cut_out_meshes: usize,
     /// Number of directional lights.
     pub directional_lights: usize,
     /// Number of spot lights.
@@ -43,6 +45,7 @@ impl SceneNeeds {
     pub fn of(scene: &Scene) -> Self {
         let drawn = || scene.meshes.iter().filter(|m| !m.indices.is_empty());
         let used = || drawn().filter_map(|m| scene.materials.get(m.material));
+        let has_cut_outs = |m: &&Mesh| scene.materials.get(m.material).is_some_and(|m| m.alpha_texture.is_some());
         let watertight = drawn().filter(|mesh| scene.is_solid(mesh)).count();
         let count = |wanted: fn(&Light) -> bool| scene.lights.iter().filter(|&light| wanted(light)).count();
         Self {
@@ -53,6 +56,7 @@ impl SceneNeeds {
             glossy: used().any(|m| m.specular != [0.0; 3]),
             watertight_meshes: watertight,
             open_meshes: drawn().count() - watertight,
+            cut_out_meshes: drawn().filter(has_cut_outs).count(),
             directional_lights: count(|l| matches!(l, Light::Directional { .. })),
             spot_lights: count(|l| matches!(l, Light::Spot { .. })),
             point_lights: count(|l| matches!(l, Light::Point { .. })),
@@ -67,7 +71,7 @@ impl SceneNeeds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Environment, Material, Mesh};
+    use crate::{Environment, Material};
 
     /// Two triangles of a plain material; a second material that no mesh uses; a third on an empty mesh.
     fn scene(used: Material, other: Material) -> Scene {
@@ -94,7 +98,10 @@ mod tests {
         let plain = SceneNeeds { triangles: 2, open_meshes: 1, ..SceneNeeds::default() };
         let default = Material::default;
         for (special, needs) in [
-            (Material { alpha_texture: Some(0), ..default() }, SceneNeeds { alpha_tested: true, ..plain.clone() }),
+            (
+                Material { alpha_texture: Some(0), ..default() },
+                SceneNeeds { alpha_tested: true, cut_out_meshes: 1, ..plain.clone() },
+            ),
             (Material { albedo_texture: Some(0), ..default() }, SceneNeeds { textured: true, ..plain.clone() }),
             (Material { emission: [0.0, 0.0, 0.1], ..default() }, SceneNeeds { emitters: true, ..plain.clone() }),
             (Material { specular: [0.0, 0.1, 0.0], ..default() }, SceneNeeds { glossy: true, ..plain.clone() }),

@@ -249,7 +249,14 @@ fn visibility_adds_voxels_and_nothing_else() {
     assert!(plan(&scene, "solid").find("voxelize_surfaces").is_none());
     // Cut-outs are looked up where there are any.
     scene.materials[1].alpha_texture = Some(0);
-    assert_eq!(shader(&plan(&scene, "surface"), "voxelize_surfaces"), "hierarchical/voxelize+alpha_tested");
+    // ... and by their own triangles alone.
+    for visibility in ["surface", "auto"] {
+        let with = plan(&scene, visibility);
+        assert_eq!(shader(&with, "voxelize_surfaces"), "hierarchical/voxelize");
+        assert_eq!(shader(&with, "voxelize_cut_outs"), "hierarchical/voxelize+alpha_tested");
+    }
+    scene.materials[0].alpha_texture = Some(0);
+    assert!(plan(&scene, "surface").find("voxelize_surfaces").is_none(), "no mesh is whole");
 }
 
 #[test]

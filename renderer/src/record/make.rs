@@ -57,6 +57,8 @@ impl Maker<'_> {
                     Meshes::All => std::iter::once(0..scene.index_count).collect(),
                     Meshes::Solid => scene.solid.clone(),
                     Meshes::Open => scene.open.clone(),
+                    Meshes::CutOut => scene.cut_out.clone(),
+                    Meshes::WithoutCutOuts => scene.without_cut_outs.clone(),
                 });
                 ReadyPass::Voxelize { pipeline, group, target, indices }
             }

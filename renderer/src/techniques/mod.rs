@@ -66,7 +66,7 @@ pub struct SceneInputs {
     pub glossy: bool,
     /// Some mesh encloses solid matter.
     pub solid_meshes: bool,
-    /// Some mesh does not.
+    /// Some mesh does not, and has no cut-outs.
     pub open_meshes: bool,
     /// Some mesh moves.
     pub moving: bool,
@@ -90,7 +90,7 @@ impl SceneInputs {
             alpha_tested: needs.alpha_tested,
             glossy: needs.glossy,
             solid_meshes: needs.watertight_meshes > 0,
-            open_meshes: needs.open_meshes > 0,
+            open_meshes: needs.open_meshes > needs.cut_out_meshes,
             moving: needs.moving_objects > 0,
             environment: needs.environment,
             textured: needs.textured,

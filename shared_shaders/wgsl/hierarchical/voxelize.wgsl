@@ -5,7 +5,7 @@
 import package::common::view::View;
 import package::common::scene::{Vertex, Material, NO_TEXTURE};
 @if(moving) import package::common::scene::Object;
-import package::common::voxels::{WORDS, SLICES, slices_of_range, slice_of_depth, slice_mask};
+import package::common::voxels::{WORDS, SLICES, slices_of_range, slice_of_depth, slice_mask, WORD_SHIFT};
 @if(alpha_tested) import package::common::texture_pool::{texture_footprint, filter_footprint};
 
 struct Params {
@@ -101,11 +101,13 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) {
         let first = slice_of_depth(in.depth - reach, slices);
         let last = slice_of_depth(in.depth + reach, slices);
         if last >= 0.0 && first < SLICES {
-            for (var word = 0; word < WORDS; word++) {
-                let mask = slice_mask(i32(floor(first)), i32(floor(last)), word);
-                if mask != 0u {
-                    atomicOr(&columns[place + u32(word)], mask);
-                }
+            let lowest = max(i32(floor(first)), 0);
+            let highest = min(i32(floor(last)), i32(SLICES) - 1);
+            let word = lowest >> WORD_SHIFT;
+            atomicOr(&columns[place + u32(word)], slice_mask(lowest, highest, word));
+            // Rarely other words hold the rest.
+            for (var next = word + 1; next <= (highest >> WORD_SHIFT); next++) {
+                atomicOr(&columns[place + u32(next)], slice_mask(lowest, highest, next));
             }
         }
     }

@@ -44,13 +44,9 @@ pub(super) fn plan_voxels(
     parameters: &Hierarchical,
     levels: &[Level],
 ) -> Result<Option<Voxels>, SettingsError> {
-    let meshes: &[(Meshes, bool)] = match parameters.visibility {
-        Visibility::Off => return Ok(None),
-        Visibility::Solid => &[(Meshes::All, true)],
-        Visibility::Surface => &[(Meshes::All, false)],
-        // Flipping slices has to come first: setting them is the last word.
-        Visibility::Auto => &[(Meshes::Solid, true), (Meshes::Open, false)],
-    };
+    if parameters.visibility == Visibility::Off {
+        return Ok(None);
+    }
     let Some(scene) = inputs.scene else {
         return Err(SettingsError(
             "hierarchical.visibility needs the scene's triangles and only textures were given: \
@@ -65,7 +61,7 @@ pub(super) fn plan_voxels(
         .bind("depth_range", depth_range)
         .because("slices reach from the nearest to the farthest visible surface")
         .over(levels[0].size.map(|v| v.div_ceil(DEPTH_RANGE_SQUARE)));
-    let columns = plan_columns(plan, &scene, &levels[0], meshes, depth_range);
+    let columns = plan_columns(plan, &scene, &levels[0], parameters.visibility, depth_range);
     let mut grids: Vec<ResourceId> = Vec::new();
     for level in levels {
         let name = format!("voxels_{}", level.scale);
@@ -88,20 +84,66 @@ pub(super) fn plan_voxels(
     Ok(Some(Voxels { levels: grids, depth_range }))
 }
 
+/// What one raster pass draws into the grid.
+struct Raster {
+    name: &'static str,
+    meshes: Meshes,
+    solid: bool,
+    cut_outs: bool,
+    reason: &'static str,
+}
+
+/// The raster passes of a scene. Only meshes with cut-outs look them up: where few fragments of a triangle are in the
+/// grid, that takes longer than everything else about them.
+fn rasters(scene: &SceneInputs, visibility: Visibility) -> Vec<Raster> {
+    let solid = |meshes, cut_outs| Raster {
+        name: "voxelize_solid",
+        meshes,
+        solid: true,
+        cut_outs,
+        reason: "meshes as solid matter",
+    };
+    let surfaces = |meshes| Raster {
+        name: "voxelize_surfaces",
+        meshes,
+        solid: false,
+        cut_outs: false,
+        reason: "meshes as surfaces",
+    };
+    let cut_outs = Raster {
+        name: "voxelize_cut_outs",
+        meshes: Meshes::CutOut,
+        solid: false,
+        cut_outs: true,
+        reason: "meshes with cut-outs, as surfaces",
+    };
+    let cut_outs = scene.alpha_tested.then_some(cut_outs);
+    let whole = match visibility {
+        Visibility::Solid => return vec![solid(Meshes::All, scene.alpha_tested)],
+        Visibility::Surface | Visibility::Off if cut_outs.is_none() => vec![surfaces(Meshes::All)],
+        Visibility::Surface | Visibility::Off => {
+            let any = scene.open_meshes || scene.solid_meshes;
+            any.then(|| surfaces(Meshes::WithoutCutOuts)).into_iter().collect()
+        }
+        Visibility::Auto => {
+            // Flipping slices has to come first: setting them is the last word. An empty scene has one pass that draws
+            // nothing, to clear the grid.
+            let open = scene.open_meshes || !scene.solid_meshes && cut_outs.is_none();
+            let both = [scene.solid_meshes.then(|| solid(Meshes::Solid, false)), open.then(|| surfaces(Meshes::Open))];
+            both.into_iter().flatten().collect()
+        }
+    };
+    whole.into_iter().chain(cut_outs).collect()
+}
+
 /// The finest grid as the raster passes write it.
 fn plan_columns(
     plan: &mut FramePlan,
     scene: &SceneInputs,
     level: &Level,
-    meshes: &[(Meshes, bool)],
+    visibility: Visibility,
     depth_range: ResourceId,
 ) -> ResourceId {
-    let wanted = |meshes: Meshes| match meshes {
-        Meshes::All => true,
-        Meshes::Solid => scene.solid_meshes,
-        // An empty scene has one pass that draws nothing, to clear the grid.
-        Meshes::Open => scene.open_meshes || !scene.solid_meshes,
-    };
     let [width, height] = level.size;
     let bytes = u64::from(width) * u64::from(height) * u64::from(SLICES / 8);
     let columns = plan.buffer("columns", bytes, "voxels while triangles are drawn into them");
@@ -109,13 +151,7 @@ fn plan_columns(
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
     let objects = scene.moving.then(|| plan.scene_buffer("scene.objects", "objects move"));
     let mut first = true;
-    for &(meshes, solid) in meshes.iter().filter(|(meshes, _)| wanted(*meshes)) {
-        let (name, reason) = match solid {
-            true => ("voxelize_solid", "meshes as solid matter"),
-            false => ("voxelize_surfaces", "meshes as surfaces"),
-        };
-        // No solid mesh has cut-outs, unless all are taken for solid.
-        let alpha_tested = scene.alpha_tested && meshes != Meshes::Solid;
+    for Raster { name, meshes, solid, cut_outs: alpha_tested, reason } in rasters(scene, visibility) {
         let cut_outs = alpha_tested.then(|| {
             ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"))
         });

@@ -73,6 +73,13 @@ impl SliceGather<'_> {
         let environment = environment_of(plan, inputs).filter(|_| self.finds == Finds::Light);
         let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], 1 << self.resolution as u32, 0);
         let level = &levels[0];
+        let planes = plan.texture("planes", level.size, Format::Rgba32Uint, "surfaces as planes, one fetch a sample");
+        plan.pass(Part::Technique, "planes", "planes/planes")
+            .param("scale", level.scale as f32)
+            .bind("surfels", level.surfels)
+            .bind("planes", planes)
+            .because("one over the depth of a plane is linear along a line of the screen")
+            .over(level.size);
         let lit = self.finds == Finds::Light;
         let (format, what) = match lit {
             true => (Format::Rgba32Float, "light along slices"),
@@ -83,10 +90,10 @@ impl SliceGather<'_> {
         let pass = plan
             .pass(Part::Technique, "gather", shader)
             .constants(self.constants)
-            .constants(&[("COARSE", f64::from(u8::from(level.scale > 1)))])
             .param("scale", level.scale as f32)
             .param("radius", if self.radius > 0.0 { self.radius } else { FAR })
             .bind("surfels", level.surfels)
+            .bind("planes", planes)
             .bind("gathered", gathered)
             .because(format!("{what}, {}", self.technique));
         let pass = match environment {

@@ -39,7 +39,7 @@ pub struct Found {
     pub open: f64,
 }
 
-/// Slopes under which a surface counts as seen edge-on: `MIN_SLOPE` of common/slice.wgsl, for unnormalised directions.
+/// Slopes under which a surface counts as seen edge-on: `MIN_SLOPE` of planes/planes.wgsl.
 const MIN_SLOPE: f64 = -0.02;
 /// `NEAREST` of common/slice.wgsl, pixels.
 const NEAREST: f64 = 0.05;
@@ -140,7 +140,7 @@ impl Gather {
             if self.exponential { first * (reach.max(1e-3) / first.max(1e-3)).powf(part) } else { reach * part }
         };
         let mut light = DVec3::ZERO;
-        let (mut way_before, mut depth_before) = (0.0, receiver.depth);
+        let (mut way_before, mut inverse_before) = (0.0, 1.0 / receiver.depth);
         for i in 0..self.steps {
             let at = |offset: f64| (f64::from(i) + offset) / f64::from(self.steps);
             let (begin, end) = (if i == 0 { 0.0 } else { strides(at(0.0)) }, strides(at(1.0)));
@@ -148,27 +148,34 @@ impl Gather {
             let point = own + way * step;
             let texel = [0, 1].map(|a| ((point[a] / f64::from(scale)) as u32).min(image.size[a] - 1));
             let source = &image.pixels[(texel[1] * image.size[0] + texel[0]) as usize];
-            let before = (way_before, depth_before);
-            (way_before, depth_before) = (way, if source.depth > 0.0 { source.depth } else { f64::INFINITY });
+            let before = (way_before, inverse_before);
             if source.depth <= 0.0 {
+                // Nothing runs on behind the sky.
+                (way_before, inverse_before) = (way, f64::NEG_INFINITY);
                 continue;
             }
-            let faces = source.normal.dot(source.position - receiver.position) < 0.0;
-            // The texel's plane, seen along the ray at a way; not followed to other depths than about its own.
-            let top = source.normal.dot(source.position).min(MIN_SLOPE * LENGTH * source.depth);
-            let on_plane = |way: f64| {
-                let ray = ray_of(own + way * step);
-                let depth = top / source.normal.dot(ray).min(MIN_SLOPE * LENGTH);
-                ray * depth.clamp(0.5 * source.depth, 2.0 * source.depth)
+            // The texel's plane, where the ray at a way meets it; not followed to other depths than about its own.
+            let slope = (source.normal.dot(source.position) / source.depth).min(MIN_SLOPE);
+            let own_ray = source.position / source.depth;
+            let inverse_at = |ray: DVec3| (1.0 + source.normal.dot(ray - own_ray) / slope) / source.depth;
+            let middle_of = ray_of(DVec2::new(f64::from(texel[0]) + 0.5, f64::from(texel[1]) + 0.5) * f64::from(scale));
+            let own_inverse = inverse_at(middle_of).clamp(0.5 / source.depth, 2.0 / source.depth);
+            let inverse = |way: f64| {
+                let change = inverse_at(ray_of(own + way * step)) - inverse_at(middle_of);
+                own_inverse + change
             };
+            let on_plane =
+                |way: f64| ray_of(own + way * step) / inverse(way).clamp(0.5 * own_inverse, 2.0 * own_inverse);
+            let faces = inverse(0.0) * receiver.depth < 1.0;
+            (way_before, inverse_before) = (way, own_inverse);
             let back = ray_of(own + way * step).normalize() * self.thickness;
             let (middle, fronts) = if self.radiometric {
                 // Behind what the sample before showed, the two meet on the way.
-                let behind = top / source.normal.dot(ray_of(own + before.0 * step)).min(MIN_SLOPE * LENGTH) > before.1;
+                let behind = inverse(before.0) < before.1;
                 let met = if behind { begin.min(before.0) } else { begin };
                 let first = (if faces { met } else { begin.max(0.5 * way) }).max(NEAREST);
                 let [near, far] = [on_plane(first), on_plane(end)];
-                (0.5 * (near + far), vec![near, far])
+                (on_plane(way), vec![near, far])
             } else {
                 (on_plane(way), vec![on_plane(way)])
             };
@@ -243,10 +250,6 @@ impl Gather {
         from_end / slice.whole() * count
     }
 }
-
-/// Lengths of the shader's decoded normals vary between 0.57 and 1 of what its bound on slopes is for; planes seen that
-/// edge-on are bounded here as if it were 0.8.
-const LENGTH: f64 = 0.8;
 
 struct Slice {
     to_eye: DVec3,

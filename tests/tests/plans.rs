@@ -324,11 +324,10 @@ fn overrides(parameters: &[Parameter]) -> BTreeSet<&'static str> {
 #[test]
 fn override_parameters_and_override_constants_are_the_same() {
     // Set by the plan itself: children of a texel, whether a level gathered, whether meshes are solid, whether a filter
-    // averages frames, sectors of a slice, whether texels are wider than a pixel, number of lights.
+    // averages frames, sectors of a slice, number of lights.
     let by_plan = |folder: &str| match folder {
         "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED", "SOLID", "OVER_FRAMES"]),
-        "bitmask" => BTreeSet::from(["SECTORS", "COARSE", "OVER_FRAMES"]),
-        "gtao" | "horizon" | "ray-march" => BTreeSet::from(["COARSE"]),
+        "bitmask" => BTreeSet::from(["SECTORS", "OVER_FRAMES"]),
         "direct" => BTreeSet::from(["LIGHTS"]),
         _ => BTreeSet::new(),
     };
@@ -457,29 +456,29 @@ fn a_bitmask_has_the_passes_that_its_settings_ask_for() {
         let plan = plan(&scene, technique, values, SIZE);
         added(&passes(&none), &passes(&plan)).into_iter().map(String::from).collect::<Vec<_>>()
     };
-    assert_eq!(own("bitmask", &[]), ["pyramid_1", "gather", "denoise_0", "composite"]);
-    assert_eq!(own("bitmask", &[("denoise", "0")]), ["pyramid_1", "gather", "composite"]);
+    assert_eq!(own("bitmask", &[]), ["pyramid_1", "planes", "gather", "denoise_0", "composite"]);
+    assert_eq!(own("bitmask", &[("denoise", "0")]), ["pyramid_1", "planes", "gather", "composite"]);
     assert_eq!(
         own("bitmask", &[("resolution", "half"), ("denoise", "2")]),
-        ["pyramid_2", "gather", "denoise_0", "denoise_1", "upsample", "composite"]
+        ["pyramid_2", "planes", "gather", "denoise_0", "denoise_1", "upsample", "composite"]
     );
     assert_eq!(
         own("bitmask", &[("feedback", "0.9")]),
-        ["feedback", "pyramid_1", "gather", "denoise_0", "remember", "composite"]
+        ["feedback", "pyramid_1", "planes", "gather", "denoise_0", "remember", "composite"]
     );
     // Openness is no light: the direct image is the final one, and the plan says how far it looks.
     let open = plan(&scene, "gtao", &[("radius", "2"), ("resolution", "half")], SIZE);
     assert_eq!(
         added(&passes(&none), &passes(&open)),
-        ["pyramid_2", "gather", "denoise_0", "upsample_ambient_occlusion"]
+        ["pyramid_2", "planes", "gather", "denoise_0", "upsample_ambient_occlusion"]
     );
     assert_eq!(open.outputs["final"], open.outputs["direct"]);
     assert!(open.outputs.contains_key("ambient_occlusion") && !open.outputs.contains_key("indirect"));
     assert_eq!(open.occlusion_radius, Some(2.0));
     assert_eq!(plan(&scene, "bitmask", &[], SIZE).occlusion_radius, None);
-    // Both estimators and gtao look at the same surfels.
+    // Both estimators and gtao look at the same surfaces.
     let reads = |technique| plan(&scene, technique, &[], SIZE).find("gather").unwrap().reads_and_writes().0.len();
-    assert_eq!(["bitmask", "gtao", "horizon", "ray-march"].map(reads), [1; 4]);
+    assert_eq!(["bitmask", "gtao", "horizon", "ray-march"].map(reads), [2; 4]);
 }
 
 fn every_plan() -> Vec<FramePlan> {

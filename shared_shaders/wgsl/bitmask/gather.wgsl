@@ -9,10 +9,11 @@
 // solid angles already), and each sample stands for its whole stride.
 import package::common::math::{PI, random3, spread2};
 import package::common::view::{View, SKY_DEPTH};
-import package::common::surfel::{surfel_depth, surfel_normal, surfel_radiance, surfel_pixel};
+import package::common::plane::{plane_gradient, plane_inverse_depth, plane_radiance};
+import package::common::surfel::surfel_depth;
 import package::common::slice::{
     Screen, Receiver, Slice, Side, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, begin_of,
-    Before, FAR_BEHIND, nearer_to_eye, direction_of, away, arc, arc_of_side, angle_of, ray_at,
+    Before, BEHIND_ALL, nearer_to_eye, is_within, back_of, direction_of, away, arc, arc_of_side, angle_of, ray_at,
 };
 @if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor, latlong, small_map};
 import package::bitmask::sectors::{Mask, sectors, count_sectors};
@@ -30,6 +31,7 @@ struct Params {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
+@group(0) @binding(5) var planes: texture_2d<u32>;
 // Light in rgb, openness in a; or openness alone.
 @if(light) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
@@ -37,8 +39,6 @@ struct Params {
 @if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
 override SLICES: u32 = 1u;
-// Whether texels are wider than a pixel.
-override COARSE: bool = true;
 override STEPS: u32 = 12u;
 override SECTORS: u32 = 32u;
 override SPACING: u32 = 1u;
@@ -101,11 +101,11 @@ fn walk(
     rounding: f32,
     screen: Screen,
 ) {
-    let radius = params.radius * receiver.unit;
+    let unit = 1.0 / receiver.depth;
+    let radius = params.radius * unit;
     let side = side_of(receiver, slice, sign, radius, screen);
     let scale = scale_of(slice, sign);
-    let thickness = params.thickness * receiver.unit;
-    let last = vec2i(textureDimensions(surfels)) - 1;
+    let last = vec2i(textureDimensions(planes)) - 1;
     let inverse_scale = 1.0 / screen.scale;
     let strides = strides_of(f32(STEPS), jitter, side.reach, screen.scale, SPACING);
     var before = Before(0.0, 1.0);
@@ -114,40 +114,34 @@ fn walk(
     var way = strides.way;
     for (var i = 0u; i < STEPS; i++) {
         let texel = min(vec2i((receiver.pixel + way * side.step) * inverse_scale), last);
-        let words = textureLoad(surfels, texel, 0);
-        let plane = plane_of(receiver, side, words, texel, screen, COARSE);
-        // The back lies farther from the eye by the thickness of what is there.
-        let back = away(receiver, side, way) * (thickness + params.thickness_slope * plane.depth);
-        var middle: vec2f;
-        var nearest: vec2f;
-        var farthest: vec2f;
+        let words = textureLoad(planes, texel, 0);
+        let plane = plane_of(receiver, side, words, texel, screen);
+        let middle = place_on(plane, receiver, side, way);
+        var nearest = middle;
+        var farthest = middle;
         if RADIOMETRIC {
             let near = place_on(plane, receiver, side, begin_of(plane, begin, way, before));
             let far = place_on(plane, receiver, side, end);
-            middle = 0.5 * (near + far);
             nearest = nearer_to_eye(near, far);
-            farthest = near + far - nearest + back;
-        } else {
-            middle = place_on(plane, receiver, side, way);
-            nearest = middle;
-            farthest = middle + back;
+            farthest = near + far - nearest;
         }
-        let a = sector_of(scale, slice, direction_of(nearest));
-        let b = sector_of(scale, slice, direction_of(farthest));
+        // The back lies farther from the eye by the thickness of what is there.
+        let back = back_of(farthest, away(receiver, side, way), params.thickness * unit, params.thickness_slope);
+        let a = sector_of(scale, slice, direction_of(nearest.xy));
+        let b = sector_of(scale, slice, direction_of(back));
         // Half a sector is a sector (the paper's criterion "round"), or each part of one by chance.
-        let first = i32(floor(min(a, b) + rounding));
-        let within = dot(middle, middle) <= radius * radius && plane.depth > SKY_DEPTH;
-        let hidden = sectors(first, select(first, i32(floor(max(a, b) + rounding)), within));
+        let first = i32(min(a, b) + rounding);
+        let hidden = sectors(first, select(first, i32(max(a, b) + rounding), is_within(middle, radius)));
         @if(light) {
             let fresh = count_sectors(hidden & ~(*state).mask);
             var weight = select(0.0, fresh, plane.faces);
             if !RADIOMETRIC {
-                weight = fresh * cosines(receiver, words, vec2u(texel), screen);
+                weight = fresh * cosines(receiver, words, texel, screen);
             }
-            (*state).light += weight * surfel_radiance(words);
+            (*state).light += weight * plane_radiance(words);
         }
         (*state).mask |= hidden;
-        before = Before(way, select(FAR_BEHIND, plane.depth, plane.depth > SKY_DEPTH));
+        before = Before(way, select(BEHIND_ALL, plane.own, plane.own > 0.0));
         begin = end;
         end = end * strides.factor + strides.addend;
         way = way * strides.factor + strides.addend;
@@ -198,11 +192,15 @@ fn outside(mask: Mask, receiver: Receiver, slice: Slice, rounding: f32) -> vec3f
 
 /// The cosines at both ends of the way to a sample (Algorithm 1, line 23).
 @if(light)
-fn cosines(receiver: Receiver, words: vec4u, texel: vec2u, screen: Screen) -> f32 {
-    let ray = vec3f(ray_at(screen, surfel_pixel(words, texel, screen.scale)), -1.0);
-    let toward = ray * (surfel_depth(words) * receiver.unit) - vec3f(receiver.ray, -1.0);
-    let square = max(dot(toward, toward), 1e-30);
-    return max(dot(receiver.normal, toward), 0.0) * max(-dot(surfel_normal(words), toward), 0.0) / square;
+fn cosines(receiver: Receiver, words: vec4u, texel: vec2i, screen: Screen) -> f32 {
+    let ray = ray_at(screen, (vec2f(texel) + 0.5) * screen.scale);
+    let inverse = plane_inverse_depth(words) * receiver.depth;
+    let toward = vec3f(ray, -1.0) - vec3f(receiver.ray, -1.0) * inverse;
+    // One over depth is dot(v, ray) for a vector v against the plane's normal.
+    let against = plane_gradient(words) * receiver.depth / screen.ray_scale;
+    let v = vec3f(against, dot(against, ray) - inverse);
+    let lengths = max(dot(toward, toward) * sqrt(dot(v, v)), 1e-30);
+    return max(dot(receiver.normal, toward), 0.0) * max(dot(v, toward), 0.0) / lengths;
 }
 
 @compute @workgroup_size(8, 8)

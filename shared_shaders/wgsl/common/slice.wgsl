@@ -6,7 +6,8 @@
 // the side that is walked. Lengths are in the receiver's depth, so world units cannot leave float32's range. Angles h
 // are counted from the direction to the eye, 0..pi on either side.
 import package::common::math::PI;
-import package::common::surfel::{SNORM_16, surfel_depth, surfel_direction, surfel_normal, surfel_pixel};
+import package::common::plane::{plane_gradient, plane_inverse_depth};
+import package::common::surfel::{surfel_depth, surfel_normal, surfel_pixel};
 
 /// Where things stand on the screen, the same for all receivers.
 struct Screen {
@@ -40,8 +41,8 @@ struct Receiver {
     to_eye: vec3f,
     across: vec3f,
     up: vec3f,
-    // One over its depth in scene units.
-    unit: f32,
+    // In scene units.
+    depth: f32,
 }
 
 fn receiver_of(words: vec4u, texel: vec2u, screen: Screen) -> Receiver {
@@ -59,7 +60,7 @@ fn receiver_of(words: vec4u, texel: vec2u, screen: Screen) -> Receiver {
         to_eye,
         across,
         cross(to_eye, across),
-        1.0 / surfel_depth(words),
+        surfel_depth(words),
     );
 }
 
@@ -136,12 +137,6 @@ fn side_of(receiver: Receiver, slice: Slice, sign: f32, radius: f32, screen: Scr
     return Side(sign, step, step * screen.ray_scale, towards_eye, along, reach);
 }
 
-/// Coordinates in the slice of what is seen `way` pixels from the receiver at this depth.
-fn place(receiver: Receiver, side: Side, way: f32, depth: f32) -> vec2f {
-    let change = depth * way;
-    return vec2f(receiver.ray_length * (1.0 - depth) + change * side.towards_eye, change * side.along);
-}
-
 /// Unit vector away from the eye of what is seen there, in the slice.
 fn away(receiver: Receiver, side: Side, way: f32) -> vec2f {
     let ray = vec2f(way * side.towards_eye - receiver.ray_length, way * side.along);
@@ -173,51 +168,53 @@ fn strides_of(steps: f32, jitter: f32, reach: f32, scale: f32, spacing: u32) -> 
 }
 
 /// The surface that a texel shows, taken for a plane: what stands on it lies in the slice exactly, wherever in the texel
-/// its pixel is, so that a plane does not hide itself.
+/// its pixel is, so that a plane does not hide itself. One over its depth is linear on the screen, and so along a side.
 struct Plane {
-    // That of the texel's pixel.
-    depth: f32,
-    // Slope along the pixel's ray times depth, then slopes along the receiver's ray and for each pixel of way.
-    top: f32,
+    // One over depth, in that of the receiver: in the middle of the texel (0 for sky), along the receiver's ray, and for
+    // each pixel of way.
+    own: f32,
     first: f32,
     change: f32,
-    // Whether its front faces the receiver.
+    // Whether its front faces the receiver, as it faces the eye: it runs behind it.
     faces: bool,
 }
 
-/// A surface seen more edge-on than this (cosine) is not extended further.
-const MIN_SLOPE: f32 = -0.02 * SNORM_16;
-/// Nearest way to which a surface is extended, pixels: on the receiver's own ray a plane has no direction.
-const NEAREST: f32 = 0.05;
-
-/// `coarse` says whether texels are wider than a pixel; otherwise they need not be asked which pixel they show.
-fn plane_of(receiver: Receiver, side: Side, words: vec4u, texel: vec2i, screen: Screen, coarse: bool) -> Plane {
-    let depth = surfel_depth(words) * receiver.unit;
-    let normal = surfel_direction(words);
-    var pixel = vec2f(texel) + 0.5;
-    if coarse {
-        pixel = surfel_pixel(words, vec2u(texel), screen.scale);
-    }
-    let ray = ray_at(screen, pixel);
-    let own = dot(normal.xy, ray) - normal.z;
-    let first = dot(normal.xy, receiver.ray) - normal.z;
-    return Plane(depth, depth * min(own, MIN_SLOPE), first, dot(normal.xy, side.ray_step), depth * own < first);
+fn plane_of(receiver: Receiver, side: Side, words: vec4u, texel: vec2i, screen: Screen) -> Plane {
+    let own = plane_inverse_depth(words) * receiver.depth;
+    let gradient = plane_gradient(words) * receiver.depth;
+    let first = own + dot(gradient, receiver.pixel - (vec2f(texel) + 0.5) * screen.scale);
+    return Plane(own, first, dot(gradient, side.step), first < 1.0);
 }
 
-/// Place in the slice where the plane is seen `way` pixels from the receiver.
-fn place_on(plane: Plane, receiver: Receiver, side: Side, way: f32) -> vec2f {
-    // Near an edge the plane of a texel may be seen edge-on; it is not followed to other depths than about its own.
-    let depth = clamp(plane.top / min(plane.first + way * plane.change, MIN_SLOPE), 0.5 * plane.depth, 2.0 * plane.depth);
-    return place(receiver, side, way, depth);
+/// Where the plane is seen `way` pixels from the receiver: coordinates in the slice times one over its depth, which stands
+/// in z. Directions need no division so.
+fn place_on(plane: Plane, receiver: Receiver, side: Side, way: f32) -> vec3f {
+    // The plane of a texel is not followed to other depths than about its own.
+    let inverse = clamp(plane.first + way * plane.change, 0.5 * plane.own, 2.0 * plane.own);
+    return vec3f(receiver.ray_length * (inverse - 1.0) + way * side.towards_eye, way * side.along, inverse);
 }
 
-/// What the sample before showed: where it stood, and its depth; FAR_BEHIND for the sky.
+/// Whether a place on a plane is within a radius, in the receiver's depth.
+fn is_within(place: vec3f, radius: f32) -> bool {
+    let reach = radius * place.z;
+    return dot(place.xy, place.xy) <= reach * reach && place.z > 0.0;
+}
+
+/// The back of a place: farther from the eye by a thickness, in the receiver's depth, and by `slope` of its depth. `away`
+/// is the unit vector away from the eye.
+fn back_of(place: vec3f, away: vec2f, thickness: f32, slope: f32) -> vec2f {
+    return place.xy + away * (thickness * place.z + slope);
+}
+
+/// What the sample before showed: where it stood, and one over its depth; BEHIND_ALL for the sky.
 struct Before {
     way: f32,
-    depth: f32,
+    inverse: f32,
 }
 
-const FAR_BEHIND: f32 = 1e15;
+const BEHIND_ALL: f32 = -1e15;
+/// Nearest way to which a surface is extended, pixels: on the receiver's own ray a plane has no direction.
+const NEAREST: f32 = 0.05;
 
 /// Where a stride begins for a sample that stands for all of it.
 ///
@@ -227,8 +224,7 @@ const FAR_BEHIND: f32 = 1e15;
 /// A surface that the receiver sees from behind ends on the way to it, because it does not hide it from the eye: it is not
 /// followed back farther than half the way, within which a ball hides nothing of itself.
 fn begin_of(plane: Plane, begin: f32, way: f32, before: Before) -> f32 {
-    // Whether top / slope > before.depth, where slopes are negative.
-    let behind = plane.top < before.depth * min(plane.first + before.way * plane.change, MIN_SLOPE);
+    let behind = plane.first + before.way * plane.change < before.inverse;
     let first = select(begin, min(begin, before.way), behind);
     return max(select(max(begin, 0.5 * way), first, plane.faces), NEAREST);
 }
@@ -239,7 +235,7 @@ fn direction_of(place: vec2f) -> vec2f {
 }
 
 /// The one of two places that stands at the smaller angle from the direction to the eye.
-fn nearer_to_eye(a: vec2f, b: vec2f) -> vec2f {
+fn nearer_to_eye(a: vec3f, b: vec3f) -> vec3f {
     return select(b, a, a.x * b.y >= a.y * b.x);
 }
 

@@ -4,7 +4,7 @@ import package::common::math::{PI, spread2};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
 import package::common::slice::{
-    Screen, Receiver, Slice, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, arc_to,
+    NEAREST,     Screen, Receiver, Slice, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, direction_of, arc_to,
 };
 
 struct Params {
@@ -19,11 +19,10 @@ struct Params {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
+@group(0) @binding(5) var planes: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
 override SLICES: u32 = 1u;
-// Whether texels are wider than a pixel.
-override COARSE: bool = true;
 override STEPS: u32 = 12u;
 override SPACING: u32 = 1u;
 override JITTER: bool = true;
@@ -34,9 +33,9 @@ const GOLDEN: f32 = 0.6180339887498949;
 
 /// Arc between the direction to the eye and the horizon of one side.
 fn open_side(receiver: Receiver, slice: Slice, sign: f32, jitter: f32, screen: Screen) -> f32 {
-    let radius = params.radius * receiver.unit;
+    let radius = params.radius / receiver.depth;
     let side = side_of(receiver, slice, sign, radius, screen);
-    let last = vec2i(textureDimensions(surfels)) - 1;
+    let last = vec2i(textureDimensions(planes)) - 1;
     let inverse_scale = 1.0 / screen.scale;
     let strides = strides_of(f32(STEPS), jitter, side.reach, screen.scale, SPACING);
     let fade = 1.0 / max(radius * params.falloff, 1e-30);
@@ -45,15 +44,15 @@ fn open_side(receiver: Receiver, slice: Slice, sign: f32, jitter: f32, screen: S
     var way = strides.way;
     for (var i = 0u; i < STEPS; i++) {
         let texel = min(vec2i((receiver.pixel + way * side.step) * inverse_scale), last);
-        let words = textureLoad(surfels, texel, 0);
-        let plane = plane_of(receiver, side, words, texel, screen, COARSE);
-        let place = place_on(plane, receiver, side, max(way, 0.25));
-        let distance = length(place);
-        var cosine = place.x / max(distance, 1e-15);
+        let words = textureLoad(planes, texel, 0);
+        let plane = plane_of(receiver, side, words, texel, screen);
+        let place = place_on(plane, receiver, side, max(way, NEAREST));
+        var cosine = direction_of(place.xy).x;
         if params.falloff > 0.0 {
+            let distance = length(place.xy) / max(place.z, 1e-15);
             cosine = mix(lowest, cosine, saturate((radius - distance) * fade));
         }
-        horizon = max(horizon, select(lowest, cosine, plane.depth > SKY_DEPTH));
+        horizon = max(horizon, select(lowest, cosine, plane.own > 0.0));
         way = way * strides.factor + strides.addend;
     }
     return arc_to(vec2f(horizon, sqrt(max(1.0 - horizon * horizon, 0.0))), slice, sign);

@@ -6,9 +6,10 @@
 import package::common::math::{PI, spread2};
 @if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor};
 import package::common::view::{View, SKY_DEPTH};
-import package::common::surfel::{surfel_depth, surfel_radiance};
+import package::common::plane::plane_radiance;
+import package::common::surfel::surfel_depth;
 import package::common::slice::{
-    Screen, Receiver, Slice, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, direction_of,
+    NEAREST, is_within,     Screen, Receiver, Slice, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, direction_of,
     arc_to,
 };
 
@@ -22,13 +23,12 @@ struct Params {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
+@group(0) @binding(5) var planes: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 
 @if(ambient) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
 override SLICES: u32 = 1u;
-// Whether texels are wider than a pixel.
-override COARSE: bool = true;
 override STEPS: u32 = 12u;
 override SPACING: u32 = 1u;
 override JITTER: bool = true;
@@ -39,9 +39,9 @@ const GOLDEN: f32 = 0.6180339887498949;
 
 /// Light of one side, and in the last component the arc that stays open.
 fn walk(receiver: Receiver, slice: Slice, sign: f32, jitter: f32, screen: Screen) -> vec4f {
-    let radius = params.radius * receiver.unit;
+    let radius = params.radius / receiver.depth;
     let side = side_of(receiver, slice, sign, radius, screen);
-    let last = vec2i(textureDimensions(surfels)) - 1;
+    let last = vec2i(textureDimensions(planes)) - 1;
     let inverse_scale = 1.0 / screen.scale;
     let strides = strides_of(f32(STEPS), jitter, side.reach, screen.scale, SPACING);
     let lowest = -sign * slice.sin_angle;
@@ -51,13 +51,13 @@ fn walk(receiver: Receiver, slice: Slice, sign: f32, jitter: f32, screen: Screen
     var way = strides.way;
     for (var i = 0u; i < STEPS; i++) {
         let texel = min(vec2i((receiver.pixel + way * side.step) * inverse_scale), last);
-        let words = textureLoad(surfels, texel, 0);
-        let plane = plane_of(receiver, side, words, texel, screen, COARSE);
-        let place = place_on(plane, receiver, side, max(way, 0.25));
-        let direction = direction_of(place);
-        if direction.x > horizon && plane.depth > SKY_DEPTH && dot(place, place) <= radius * radius {
+        let words = textureLoad(planes, texel, 0);
+        let plane = plane_of(receiver, side, words, texel, screen);
+        let place = place_on(plane, receiver, side, max(way, NEAREST));
+        let direction = direction_of(place.xy);
+        if direction.x > horizon && is_within(place, radius) {
             let left = arc_to(direction, slice, sign);
-            light += select(0.0, open - left, plane.faces) * surfel_radiance(words);
+            light += select(0.0, open - left, plane.faces) * plane_radiance(words);
             open = left;
             horizon = direction.x;
         }

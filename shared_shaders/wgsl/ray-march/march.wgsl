@@ -6,9 +6,9 @@ import package::common::math::{PI, random3, spread2};
 @if(ambient && light) import package::common::environment::{MAP, latlong};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
-@if(light) import package::common::surfel::surfel_radiance;
+@if(light) import package::common::plane::plane_radiance;
 import package::common::slice::{
-    Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, plane_of, place_on, away,
+    NEAREST, back_of,     Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, plane_of, place_on, away,
 };
 
 struct Params {
@@ -24,6 +24,7 @@ struct Params {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
+@group(0) @binding(5) var planes: texture_2d<u32>;
 // Light in rgb, openness in a; or openness alone.
 @if(light) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
@@ -31,8 +32,6 @@ struct Params {
 @if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
 override RAYS: u32 = 2u;
-// Whether texels are wider than a pixel.
-override COARSE: bool = true;
 override STEPS: u32 = 16u;
 override SPACING: u32 = 1u;
 
@@ -51,7 +50,7 @@ fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> v
         return vec4f(0.0, 0.0, 0.0, 1.0);
     }
     let slice = Slice(across / sine, 0.0, 0.0, 0.0, 0.0);
-    let radius = params.radius * receiver.unit;
+    let radius = params.radius / receiver.depth;
     let side = side_of(receiver, slice, 1.0, radius, screen);
     // Depth along the ray at a way w is top / (top + w * slope): it ends where that is infinite, or leaves the radius.
     let top = receiver.ray_length * sine;
@@ -60,20 +59,20 @@ fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> v
     let leaves = select(1e30, furthest, side.along * receiver.ray_length > slope * radius);
     let reach = min(side.reach, select(leaves, min(leaves, -0.999 * top / slope), slope < 0.0));
     let strides = strides_of(f32(STEPS), jitter, reach, screen.scale, SPACING);
-    let last = vec2i(textureDimensions(surfels)) - 1;
+    let last = vec2i(textureDimensions(planes)) - 1;
     var way = strides.way;
     for (var i = 0u; i < STEPS; i++) {
         let texel = min(vec2i((receiver.pixel + way * side.step) / screen.scale), last);
-        let words = textureLoad(surfels, texel, 0);
-        let plane = plane_of(receiver, side, words, texel, screen, COARSE);
-        let place = place_on(plane, receiver, side, max(way, 0.25));
-        let back = place
-            + away(receiver, side, way) * (params.thickness * receiver.unit + params.thickness_slope * plane.depth);
+        let words = textureLoad(planes, texel, 0);
+        let plane = plane_of(receiver, side, words, texel, screen);
+        let place = place_on(plane, receiver, side, max(way, NEAREST));
+        let back =
+            back_of(place, away(receiver, side, way), params.thickness / receiver.depth, params.thickness_slope);
         // The ray passes between front and back: they stand on either side of it.
         let front_side = place.x * sine - place.y * cosine;
         let back_side = back.x * sine - back.y * cosine;
-        if front_side >= 0.0 && back_side <= 0.0 && plane.depth > SKY_DEPTH {
-            @if(light) { return vec4f(select(vec3f(0.0), surfel_radiance(words), plane.faces), 0.0); }
+        if front_side >= 0.0 && back_side <= 0.0 && plane.own > 0.0 {
+            @if(light) { return vec4f(select(vec3f(0.0), plane_radiance(words), plane.faces), 0.0); }
             @if(!light) { return vec4f(0.0); }
         }
         way = way * strides.factor + strides.addend;

@@ -1,0 +1,32 @@
+// What one texel of a level shows, as a plane, in 128 bits: what walks along lines of the screen (common/slice.wgsl) reads
+// one of these for each sample. One over the depth of a plane is linear on the screen.
+//
+//   word 0  one over planar depth in the middle of the texel, float32; 0 where there is no surface
+//   word 1  its change for a full-resolution pixel to the right, float32 without its last 6 bits | radiance 6 bits
+//   word 2  its change for a pixel downwards, likewise | radiance 6 bits
+//   word 3  radiance, 32 bits: the words of common/surfel.wgsl
+import package::common::surfel::{pack_radiance, unpack_radiance};
+
+const LOW_BITS: u32 = 63u;
+
+fn pack_plane(inverse_depth: f32, gradient: vec2f, radiance: vec3f) -> vec4u {
+    let words = pack_radiance(radiance);
+    return vec4u(
+        bitcast<u32>(inverse_depth),
+        (bitcast<u32>(gradient.x) & ~LOW_BITS) | (words.y & LOW_BITS),
+        (bitcast<u32>(gradient.y) & ~LOW_BITS) | ((words.y >> 6u) & LOW_BITS),
+        words.x,
+    );
+}
+
+fn plane_inverse_depth(words: vec4u) -> f32 {
+    return bitcast<f32>(words.x);
+}
+
+fn plane_gradient(words: vec4u) -> vec2f {
+    return vec2f(bitcast<f32>(words.y & ~LOW_BITS), bitcast<f32>(words.z & ~LOW_BITS));
+}
+
+fn plane_radiance(words: vec4u) -> vec3f {
+    return unpack_radiance(words.w, (words.y & LOW_BITS) | ((words.z & LOW_BITS) << 6u));
+}

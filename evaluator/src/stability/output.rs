@@ -102,7 +102,8 @@ impl Table {
         )
     }
 
-    /// Writes stability.md, stability.csv and index.html.
+    /// Writes digest.md (a line for each row), stability.md (a line for each row and technique), stability.csv (every
+    /// check) and index.html.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -111,6 +112,7 @@ impl Table {
             let path = folder.join(name);
             write_whole(&path, |file| file.write_all(text)).map_err(|e: std::io::Error| Error::unwritable(&path, e))
         };
+        text("digest.md", self.digest().as_bytes())?;
         text("stability.md", self.markdown(facts).as_bytes())?;
         text("stability.csv", &self.csv()?)?;
         let chart = self.chart();
@@ -133,6 +135,51 @@ impl Table {
         text.push('\n');
         self.tables().iter().for_each(|table| text += &markdown::table(table, 2));
         text
+    }
+
+    /// A line for each row and bounded measure, over all techniques and settings.
+    pub fn digest(&self) -> String {
+        let mut rows: Vec<Vec<&Check>> = Vec::new();
+        for check in self.checks.iter().filter(|check| check.bound.is_some()) {
+            let same = |row: &&mut Vec<&Check>| {
+                (row[0].group, &row[0].row, row[0].measure) == (check.group, &check.row, check.measure)
+            };
+            match rows.iter_mut().find(same) {
+                Some(row) => row.push(check),
+                None => rows.push(vec![check]),
+            }
+        }
+        let line = |checks: Vec<&Check>| {
+            let line = Line { checks };
+            let worst = line.worst();
+            TableRow {
+                row: None,
+                cells: vec![
+                    Cell::text(worst.group),
+                    Cell::text(worst.row.clone()),
+                    Cell::text(line.result()),
+                    Cell::number(Some(line.checks.len() as f64), 6),
+                    Cell::text(worst.measure),
+                    Cell::number(Some(worst.worst), 3),
+                    Cell::number(worst.bound, 3),
+                ],
+            }
+        };
+        let table = Printed {
+            title: "Every row".into(),
+            caption: "Over all techniques and settings.".into(),
+            columns: vec![
+                Column::text("group"),
+                Column::text("row"),
+                Column::text("result"),
+                Column::numeric("checks", "", ""),
+                Column::text("measure"),
+                Column::numeric("worst", "", ""),
+                Column::numeric("bound", "", ""),
+            ],
+            rows: rows.into_iter().map(line).collect(),
+        };
+        markdown::table(&table, 2)
     }
 
     fn csv(&self) -> Result<Vec<u8>, Error> {

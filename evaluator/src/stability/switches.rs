@@ -85,15 +85,16 @@ impl Switches {
             .map(|(p, values)| values.iter().position(|value| *value == p.default).unwrap_or(0))
             .collect();
         let mut refused = BTreeSet::new();
+        let space = Space { all: &all, defaults: &defaults, settings: &settings, refusal: &refusal };
         let mut single = vec![settings(&defaults)];
         for (parameter, values) in all.iter().enumerate() {
             for value in (0..values.len()).filter(|&value| value != defaults[parameter]) {
-                single.extend(accepted(&all, &defaults, &[(parameter, value)], &settings, &refusal, &mut refused));
+                single.extend(space.accepted(&[(parameter, value)], &mut refused).map(|row| settings(&row)));
             }
         }
         let mut ones: BTreeSet<Vec<Pick>> =
             all.iter().enumerate().flat_map(|(p, values)| (0..values.len()).map(move |v| vec![(p, v)])).collect();
-        let each = cover(&all, &defaults, &mut ones, &settings, &refusal, &mut refused);
+        let each = space.cover(&mut ones, &mut refused);
         let mut twos: BTreeSet<Vec<Pick>> = BTreeSet::new();
         for (p, values) in all.iter().enumerate() {
             for (q, others) in all.iter().enumerate().skip(p + 1) {
@@ -102,88 +103,147 @@ impl Switches {
         }
         let pairs = match twos.is_empty() {
             true => each.clone(),
-            false => cover(&all, &defaults, &mut twos, &settings, &refusal, &mut refused),
+            false => space.cover(&mut twos, &mut refused),
         };
         Self { technique, each, single, pairs, refused }
     }
 }
 
-/// The settings with these values and the defaults otherwise; where they are refused, with one other value more that
-/// makes them acceptable.
-fn accepted(
-    all: &[Vec<Value>],
-    defaults: &[usize],
-    wanted: &[Pick],
-    settings: &dyn Fn(&[usize]) -> Settings,
-    refusal: &dyn Fn(&Settings) -> Option<String>,
-    refused: &mut BTreeSet<String>,
-) -> Option<Settings> {
-    let mut row = defaults.to_vec();
-    wanted.iter().for_each(|&(parameter, value)| row[parameter] = value);
-    let plain = settings(&row);
-    let Some(sentence) = refusal(&plain) else { return Some(plain) };
-    let free = (0..all.len()).filter(|p| wanted.iter().all(|(wanted, _)| wanted != p));
-    for parameter in free {
-        for value in 0..all[parameter].len() {
-            let mut row = row.clone();
-            row[parameter] = value;
-            let more = settings(&row);
-            if refusal(&more).is_none() {
-                return Some(more);
-            }
-        }
-    }
-    refused.insert(sentence);
-    None
+/// What the parameters of one technique may be.
+struct Space<'a> {
+    /// Values of every parameter.
+    all: &'a [Vec<Value>],
+    /// Places of the defaults.
+    defaults: &'a [usize],
+    /// The settings that places of values stand for.
+    settings: &'a dyn Fn(&[usize]) -> Settings,
+    /// Why a technique refuses settings.
+    refusal: &'a dyn Fn(&Settings) -> Option<String>,
 }
 
-/// Rows of values that have every wanted combination at least once: each row starts with one that is missing and takes
-/// for every other parameter the value that adds most (Cohen et al. 1997).
-fn cover(
-    all: &[Vec<Value>],
-    defaults: &[usize],
-    missing: &mut BTreeSet<Vec<Pick>>,
-    settings: &dyn Fn(&[usize]) -> Settings,
-    refusal: &dyn Fn(&Settings) -> Option<String>,
-    refused: &mut BTreeSet<String>,
-) -> Vec<Settings> {
-    let mut rows = Vec::new();
-    if all.is_empty() {
-        return vec![settings(&[])];
+impl Space<'_> {
+    fn accepts(&self, row: &[usize]) -> bool {
+        (self.refusal)(&(self.settings)(row)).is_none()
     }
-    while let Some(start) = missing.first().cloned() {
-        let mut row: Vec<Option<usize>> = vec![None; all.len()];
-        start.iter().for_each(|&(parameter, value)| row[parameter] = Some(value));
-        let holds = |row: &[Option<usize>], wanted: &[Pick]| wanted.iter().all(|&(p, v)| row[p] == Some(v));
-        for parameter in 0..all.len() {
-            if row[parameter].is_some() {
-                continue;
+
+    /// The wanted values and defaults otherwise; where these are refused, with one other value more that makes them
+    /// acceptable. `None` where there is none; then the sentence is among the refused.
+    fn accepted(&self, wanted: &[Pick], refused: &mut BTreeSet<String>) -> Option<Vec<usize>> {
+        let mut plain = self.defaults.to_vec();
+        wanted.iter().for_each(|&(parameter, value)| plain[parameter] = value);
+        let Some(sentence) = (self.refusal)(&(self.settings)(&plain)) else { return Some(plain) };
+        let free = (0..self.all.len()).filter(|p| wanted.iter().all(|(wanted, _)| wanted != p));
+        for parameter in free {
+            for value in 0..self.all[parameter].len() {
+                let mut row = plain.clone();
+                row[parameter] = value;
+                if self.accepts(&row) {
+                    return Some(row);
+                }
             }
-            let gain = |value: usize| {
-                let mut row = row.clone();
-                row[parameter] = Some(value);
-                let new = |wanted: &&Vec<Pick>| {
-                    wanted.iter().any(|&(p, v)| (p, v) == (parameter, value)) && holds(&row, wanted)
+        }
+        refused.insert(sentence);
+        None
+    }
+
+    /// Rows of values that have every wanted combination at least once: each row starts with one that is missing and
+    /// takes for every other parameter the value that adds most (Cohen et al. 1997) and is accepted.
+    fn cover(&self, missing: &mut BTreeSet<Vec<Pick>>, refused: &mut BTreeSet<String>) -> Vec<Settings> {
+        if self.all.is_empty() {
+            return vec![(self.settings)(&[])];
+        }
+        let mut rows = Vec::new();
+        let holds = |row: &[usize], wanted: &[Pick]| wanted.iter().all(|&(p, v)| row[p] == v);
+        while let Some(start) = missing.pop_first() {
+            let Some(mut row) = self.accepted(&start, refused) else { continue };
+            let mut fixed: Vec<bool> = row.iter().zip(self.defaults).map(|(value, default)| value != default).collect();
+            start.iter().for_each(|&(parameter, _)| fixed[parameter] = true);
+            for parameter in (0..self.all.len()).filter(|&p| !fixed[p]).collect::<Vec<_>>() {
+                let gain = |value: usize| {
+                    // Of the combinations with this value, those whose other values are settled already.
+                    let new = |wanted: &&Vec<Pick>| {
+                        wanted.contains(&(parameter, value))
+                            && wanted.iter().all(|&(p, v)| p == parameter || (fixed[p] && row[p] == v))
+                    };
+                    missing.iter().filter(new).count()
                 };
-                missing.iter().filter(new).count()
-            };
-            // What none needs stays at its default, which every other value goes with.
-            let best = (0..all[parameter].len()).max_by_key(|&v| (gain(v), v == defaults[parameter]));
-            row[parameter] = best;
-            let whole: Vec<usize> =
-                row.iter().zip(defaults).map(|(value, &default)| value.unwrap_or(default)).collect();
-            if refusal(&settings(&whole)).is_some() {
-                row[parameter] = Some(defaults[parameter]);
+                let mut order: Vec<usize> = (0..self.all[parameter].len()).collect();
+                // What none needs stays at its default, which every other value goes with.
+                order.sort_by_key(|&v| std::cmp::Reverse((gain(v), v == self.defaults[parameter])));
+                let fits = |&&value: &&usize| {
+                    let mut row = row.clone();
+                    row[parameter] = value;
+                    self.accepts(&row)
+                };
+                if let Some(&value) = order.iter().find(fits) {
+                    row[parameter] = value;
+                }
+                fixed[parameter] = true;
+            }
+            missing.retain(|wanted| !holds(&row, wanted));
+            rows.push((self.settings)(&row));
+        }
+        rows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use halflight_renderer::techniques::TECHNIQUES;
+
+    use super::*;
+    use crate::stability::extremes::everything;
+
+    /// Whether settings, with defaults for what they leave out, have a parameter at a value.
+    fn has(settings: &Settings, parameter: &Parameter, value: &Value) -> bool {
+        settings.get(&parameter.key()).unwrap_or(&parameter.default) == value
+    }
+
+    #[test]
+    fn every_pair_of_values_is_run_or_refused() {
+        let facts = SceneFacts::of(&everything());
+        for technique in TECHNIQUES {
+            let switches = Switches::of(technique, &facts);
+            let parameters = (technique.parameters)();
+            let mut missing = Vec::new();
+            for (i, p) in parameters.iter().enumerate() {
+                for v in values(p) {
+                    assert!(switches.each.iter().any(|s| has(s, p, &v)), "{} = {v} is never run", p.key());
+                    assert!(switches.single.iter().any(|s| has(s, p, &v)), "{} = {v} is never run alone", p.key());
+                    for q in &parameters[i + 1..] {
+                        for w in values(q) {
+                            if !switches.pairs.iter().any(|s| has(s, p, &v) && has(s, q, &w)) {
+                                missing.push(Settings::from([(p.key(), v.clone()), (q.key(), w)]));
+                            }
+                        }
+                    }
+                }
+            }
+            // What is missing, the technique refuses, with defaults or with any one value more.
+            for settings in &missing {
+                let refused = plan_technique_of_scene(&facts, technique, settings, [64, 36]).is_err();
+                assert!(refused, "{settings:?} is accepted and never run");
+            }
+            // Far fewer than all combinations, and not many more than the two longest lists make.
+            let mut lengths: Vec<usize> = parameters.iter().map(|p| values(p).len()).collect();
+            lengths.sort_unstable();
+            let least: usize = lengths.iter().rev().take(2).product();
+            println!("{}: {} rows for at least {least}", technique.name, switches.pairs.len());
+            assert!(switches.pairs.len() <= 2 * least.max(1), "{}: {} rows", technique.name, switches.pairs.len());
+        }
+    }
+
+    #[test]
+    fn values_outside_a_range_are_outside() {
+        for technique in TECHNIQUES {
+            for parameter in (technique.parameters)() {
+                for value in values(&parameter) {
+                    assert_eq!(parameter.check(&value).as_ref(), Ok(&value), "{}", parameter.key());
+                }
+                for value in outside(&parameter) {
+                    assert!(parameter.check(&value).is_err(), "{} = {value}", parameter.key());
+                }
             }
         }
-        let whole: Vec<usize> = row.iter().zip(defaults).map(|(value, &default)| value.unwrap_or(default)).collect();
-        if refusal(&settings(&whole)).is_none() {
-            missing.retain(|wanted| !holds(&row, wanted));
-            rows.push(settings(&whole));
-        } else {
-            rows.extend(accepted(all, defaults, &start, settings, refusal, refused));
-        }
-        missing.remove(&start);
     }
-    rows
 }

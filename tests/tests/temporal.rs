@@ -455,13 +455,15 @@ fn no_texture_holds_nan_whatever_moves() {
             [([1, 1], "full"), ([3, 1], "half"), ([1, 5], "quarter"), ([33, 17], "half"), ([31, 37], "full")]
         {
             for (a, storage) in [("0.9", "float16"), ("0.999", "float32"), ("0.001", "float16")] {
-                let values = [("start_resolution", start), ("storage", storage), ("temporal_a", a)];
+                // Small shadow maps: they are not what is looked at.
+                let small = ("direct.shadow_map_size", "64");
+                let values = [("start_resolution", start), ("storage", storage), ("temporal_a", a), small];
                 let mut run = frames(&session, &request("hierarchical", &values, size));
                 for frame in 0..7 {
                     run.run(frame).unwrap();
-                    for (name, texels) in run.read_all().unwrap() {
-                        let bad = texels.iter().flatten().filter(|v| !v.is_finite()).count();
-                        assert_eq!(bad, 0, "{} {size:?} {values:?} frame {frame}: {name}", scene.name);
+                    for found in run.scan().unwrap() {
+                        let place = format!("{} {size:?} {values:?} frame {frame}", scene.name);
+                        assert_eq!(found.not_finite(), 0, "{place}: {}", found.name);
                     }
                     let history = run.read_bytes("history").unwrap().unwrap();
                     let words: &[[u32; 4]] = bytemuck::cast_slice(&history);

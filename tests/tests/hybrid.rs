@@ -11,7 +11,7 @@ use halflight_renderer::{
 use halflight_scenes::{Light, Material, Scene};
 use halflight_tests::{device, frames, known, mean_luminance, render, request, scenes, settings};
 
-const SIZE: [u32; 2] = [128, 72];
+const SIZE: [u32; 2] = [96, 54];
 
 /// Floor and wall that meet, both lit and both in view: nothing hides anything.
 fn corner(light: Light) -> Scene {
@@ -43,7 +43,7 @@ fn lights() -> [(&'static str, Light); 3] {
 /// Mean of the first bounce, path-traced.
 fn truth(scene: &Scene) -> f64 {
     let request = Request { bounces: 1, ..Request::new(scene.camera, SIZE) };
-    let traced = trace(device(), scene, &request, Stop::at_samples(512)).unwrap();
+    let traced = trace(device(), scene, &request, Stop::at_samples(384)).unwrap();
     mean_luminance(&traced.truth.indirect.unwrap().mean)
 }
 
@@ -51,7 +51,7 @@ fn truth(scene: &Scene) -> f64 {
 fn hybrid(scene: &Scene, more: &[(&str, &str)], count: u32) -> f64 {
     let session = Session::new(device(), scene);
     let base =
-        [("start_resolution", "full"), ("storage", "float32"), ("sources", "lights"), ("voxel_resolution", "256")];
+        [("start_resolution", "full"), ("storage", "float32"), ("sources", "lights"), ("voxel_resolution", "128")];
     let request = request("hybrid", &[&base[..], more].concat(), SIZE);
     mean_luminance(&frames(&session, &request).mean_over_frames("indirect", count).unwrap().0)
 }
@@ -66,21 +66,24 @@ fn what_the_lights_see_agrees_with_truth_in_absolute_units() {
             ("lights, visibility", &[]),
             ("both", &[("sources", "both"), ("visibility", "off"), ("radius", "0.4")]),
         ] {
-            let ratio = hybrid(&scene, settings, 8) / wanted;
+            let ratio = hybrid(&scene, settings, 4) / wanted;
             println!("{name}, {how}: {ratio:.4} of the path-traced mean");
             // The promise for a single light and nothing hidden. Grid cells clear of the ends of a ray cost what comes
             // from nearer than them, on both sides of the corner; a disc stands for a texel of the light's view.
             assert!((ratio - 1.0).abs() < 0.05, "{name}, {how}: {ratio}");
         }
-        // The original pattern, wide enough for all of the map.
+        // The original pattern, wide enough for all of the map. Of a map with a perspective it reaches only what lies
+        // before the light on the receiver's side.
+        if name != "directional" {
+            continue;
+        }
         let session = Session::new(device(), &scene);
         let settings =
             [("start_resolution", "full"), ("storage", "float32"), ("map_radius", "1.5"), ("samples", "256")];
         let rsm = frames(&session, &request("rsm", &settings, SIZE)).mean_over_frames("indirect", 4).unwrap().0;
         let ratio = mean_luminance(&rsm) / wanted;
         println!("{name}, rsm: {ratio:.4} of the path-traced mean");
-        // Four frames of the original pattern leave more noise: most of its samples fall near its middle.
-        assert!((ratio - 1.0).abs() < 0.08, "{name}, rsm: {ratio}");
+        assert!((ratio - 1.0).abs() < 0.05, "{name}, rsm: {ratio}");
     }
 }
 
@@ -112,7 +115,7 @@ fn units_of_the_scene_do_not_matter() {
         scene.camera.eye = scene.camera.eye.map(|v| v * scale);
         scene.camera.target = scene.camera.target.map(|v| v * scale);
         let session = Session::new(device(), &scene);
-        let request = request("hybrid", &[("storage", "float32")], SIZE);
+        let request = request("hybrid", &[("storage", "float32"), ("voxel_resolution", "128")], SIZE);
         frames(&session, &request).mean_over_frames("indirect", 24).unwrap().0
     };
     let (one, hundred) = (image(1.0), image(100.0));

@@ -1,5 +1,6 @@
 //! Reflective shadow maps (Dachsbacher & Stamminger 2005): what each light sees sends light on, sampled around the place
-//! where the light sees the receiver.
+//! where the light sees the receiver. As published, a receiver that a spot light or a face of a point light does not have
+//! before it gets nothing from that map.
 
 use wgpu::TextureFormat as Format;
 

@@ -75,6 +75,12 @@ fn main() -> ExitCode {
     }
 }
 
+/// A configuration: name in the table, technique, settings.
+type Row<'a> = (String, &'a str, Vec<(&'a str, &'a str)>);
+
+/// A configuration that is timed: name, frames, milliseconds of the gather and of all passes, processor time.
+type Timed<'a> = (&'a str, Frames<'a>, Vec<f64>, Vec<f64>, f64);
+
 /// Processor time of this program so far, milliseconds, where Linux tells it: on a software adapter what the shaders took,
 /// whatever else the computer does. In ticks of 10 ms.
 fn processor_ms() -> f64 {
@@ -89,23 +95,23 @@ fn cost(args: &Args, session: &Session) -> Result<(), Error> {
     let open = [("finds", "occlusion"), ("radius", radius.as_str()), ("denoise", "0")];
     let published = [&open[..], &[("estimator", "published")]].concat();
     let light = [("radius", radius.as_str()), ("denoise", "0")];
-    let configurations: Vec<(&str, &str, Vec<(&str, &str)>)> = vec![
-        ("gtao, 12 steps", "gtao", [&open[1..], &[("steps", "12")]].concat()),
-        ("published, openness, 12 steps", "bitmask", [&published[..], &[("steps", "12")]].concat()),
-        ("radiometric, openness, 12 steps", "bitmask", [&open[..], &[("steps", "12")]].concat()),
-        ("radiometric, openness, 12, 64 sectors", "bitmask", [&open[..], &[("sectors", "64")]].concat()),
-        ("radiometric, openness, 12, 128 sectors", "bitmask", [&open[..], &[("sectors", "128")]].concat()),
-        ("horizon, light, 12 steps", "horizon", light.to_vec()),
-        ("ray-march, light, 2 rays of 12 steps", "ray-march", [&light[..], &[("steps", "12")]].concat()),
-        ("published, light, 12 steps", "bitmask", [&light[..], &[("estimator", "published")]].concat()),
-        ("radiometric, light, 6 steps", "bitmask", [&light[..], &[("steps", "6")]].concat()),
-        ("radiometric, light, 12 steps", "bitmask", light.to_vec()),
-        ("radiometric, light, 24 steps", "bitmask", [&light[..], &[("steps", "24")]].concat()),
-        ("radiometric, light, 12, half", "bitmask", [&light[..], &[("resolution", "half")]].concat()),
+    let configurations: Vec<Row> = vec![
+        ("gtao, 12 steps".into(), "gtao", [&open[1..], &[("steps", "12")]].concat()),
+        ("published, openness, 12 steps".into(), "bitmask", [&published[..], &[("steps", "12")]].concat()),
+        ("radiometric, openness, 12 steps".into(), "bitmask", [&open[..], &[("steps", "12")]].concat()),
+        ("radiometric, openness, 12, 64 sectors".into(), "bitmask", [&open[..], &[("sectors", "64")]].concat()),
+        ("radiometric, openness, 12, 128 sectors".into(), "bitmask", [&open[..], &[("sectors", "128")]].concat()),
+        ("horizon, light, 12 steps".into(), "horizon", light.to_vec()),
+        ("ray-march, light, 2 rays of 12 steps".into(), "ray-march", [&light[..], &[("steps", "12")]].concat()),
+        ("published, light, 12 steps".into(), "bitmask", [&light[..], &[("estimator", "published")]].concat()),
+        ("radiometric, light, 6 steps".into(), "bitmask", [&light[..], &[("steps", "6")]].concat()),
+        ("radiometric, light, 12 steps".into(), "bitmask", light.to_vec()),
+        ("radiometric, light, 24 steps".into(), "bitmask", [&light[..], &[("steps", "24")]].concat()),
+        ("radiometric, light, 12, half".into(), "bitmask", [&light[..], &[("resolution", "half")]].concat()),
     ];
     let mut scene = session.scene_frames(&Default::default(), args.size)?;
     scene.run(0)?;
-    let mut all: Vec<(&str, Frames, Vec<f64>, Vec<f64>, f64)> = Vec::new();
+    let mut all: Vec<Timed> = Vec::new();
     for (name, technique, settings) in &configurations {
         let mut frames = session.technique_frames(&request(technique, settings, args.size), &scene)?;
         frames.run(0)?;
@@ -151,7 +157,7 @@ fn occlusion(args: &Args, session: &Session) -> Result<(), Error> {
     let common = [("radius", radius.as_str()), ("steps", "16"), ("slices", "2"), ("denoise", "0")];
     println!("truth: mean {:.4}\n", mean(&reference, Some(&mask)));
     println!("{:<42}{:>10}{:>10}{:>10}{:>12}", "", "RMSE", "bias", "P95", "mean |e|");
-    let mut rows: Vec<(String, &str, Vec<(&str, &str)>)> = vec![
+    let mut rows: Vec<Row> = vec![
         ("gtao without falloff".into(), "gtao", vec![]),
         ("gtao with falloff 0.6".into(), "gtao", vec![("falloff", "0.6")]),
     ];
@@ -191,12 +197,12 @@ fn light(args: &Args, session: &Session) -> Result<(), Error> {
     println!("truth: mean {whole:.5}, of it from the screen {part:.5} ({:.1} %)\n", 100.0 * part / whole);
     println!(
         "{:<42}{:>12}{:>14}{:>14}{:>12}{:>16}",
-        "", "mean", "of screen's", "RMSE/screen's", "noise/mean", "variance x rays"
+        "", "mean", "of screen's", "RMSE/screen's", "noise/mean", "variance, x lower"
     );
     let thickness = |t: &'static str| {
         [("thickness", t), ("thickness_slope", "0"), ("steps", "16"), ("denoise", "0"), ("storage", "float32")]
     };
-    let mut rows: Vec<(String, &str, Vec<(&str, &str)>)> = Vec::new();
+    let mut rows: Vec<Row> = Vec::new();
     for t in ["0.2", "0.02"] {
         rows.push((format!("ray-march, 2 rays, thickness {t}"), "ray-march", thickness(t).to_vec()));
         for estimator in ["published", "radiometric"] {
@@ -219,16 +225,19 @@ fn light(args: &Args, session: &Session) -> Result<(), Error> {
         let errors = linear_errors(&image, &seen.mean, Some(&mask));
         let noise = deviation / found;
         if technique == "ray-march" {
-            rays = deviation;
+            rays = noise;
         }
         println!(
             "{name:<42}{found:>12.5}{:>13.1}%{:>14.3}{noise:>12.3}{:>16.2}",
             100.0 * found / part,
             errors.rmse / part,
-            (rays / deviation).powi(2)
+            (rays / noise).powi(2)
         );
     }
-    println!("(noise of the mean over {} frames is in RMSE, too)", args.frames);
+    println!(
+        "(variance relative to the mean, of the rays above over that of the row; noise of {} frames is in RMSE, too)",
+        args.frames
+    );
     Ok(())
 }
 

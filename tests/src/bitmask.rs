@@ -69,7 +69,7 @@ fn random3(pixel: [u32; 2], frame: u32, stream: u32, seed: u32) -> [f32; 3] {
 fn spread2(pixel: [u32; 2], frame: u32, stream: u32, seed: u32) -> [f64; 2] {
     let start = random3([0, 0], frame, stream, seed);
     let [x, y] = pixel.map(|v| v as f32);
-    let lattice = [0.754_877_67f32 * x + 0.569_840_3 * y, 0.569_840_3f32 * x + 0.245_122_33 * y];
+    let lattice = [0.754_877_7_f32 * x + 0.569_840_3 * y, 0.569_840_3f32 * x + 0.245_122_33 * y];
     [0, 1].map(|i| f64::from((start[i] + lattice[i]).fract()))
 }
 
@@ -175,7 +175,9 @@ impl Gather {
                 let met = if behind { begin.min(before.0) } else { begin };
                 let first = (if faces { met } else { begin.max(0.5 * way) }).max(NEAREST);
                 let [near, far] = [on_plane(first), on_plane(end)];
-                (on_plane(way), vec![near, far])
+                // Between the two, nearer to the one that is nearer to the eye: their mean in homogeneous coordinates.
+                let middle = (near / -near.z + far / -far.z) / (1.0 / -near.z + 1.0 / -far.z);
+                (middle, vec![near, far])
             } else {
                 (on_plane(way), vec![on_plane(way)])
             };

@@ -116,14 +116,20 @@ fn walk(
         let texel = min(vec2i((receiver.pixel + way * side.step) * inverse_scale), last);
         let words = textureLoad(planes, texel, 0);
         let plane = plane_of(receiver, side, words, texel, screen);
-        let middle = place_on(plane, receiver, side, way);
-        var nearest = middle;
-        var farthest = middle;
+        var nearest: vec3f;
+        var farthest: vec3f;
+        // A place between the two, in the same coordinates.
+        var middle: vec3f;
         if RADIOMETRIC {
             let near = place_on(plane, receiver, side, begin_of(plane, begin, way, before));
             let far = place_on(plane, receiver, side, end);
+            middle = near + far;
             nearest = nearer_to_eye(near, far);
-            farthest = near + far - nearest;
+            farthest = middle - nearest;
+        } else {
+            middle = place_on(plane, receiver, side, way);
+            nearest = middle;
+            farthest = middle;
         }
         // The back lies farther from the eye by the thickness of what is there.
         let back = back_of(farthest, away(receiver, side, way), params.thickness * unit, params.thickness_slope);

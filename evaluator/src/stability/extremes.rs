@@ -230,7 +230,7 @@ fn geometry() -> Vec<Extreme> {
             group,
             "grazing angles: the eye a thousandth above the floor",
             with(&|scene| {
-                scene.camera.eye = [0.0, 1e-3, 3.0];
+                scene.camera.eye = [0.0, 1e-3, 1.5];
                 scene.camera.target = [0.0, 1e-3, -2.0];
             }),
         ),
@@ -254,8 +254,8 @@ fn geometry() -> Vec<Extreme> {
         Extreme::new(group, "NaN and zero normals in the file", normals_from_file()),
         Extreme::new(group, "a thousandth of the scale", scaled(&court(), 1e-3)),
         Extreme::new(group, "a million times the scale", scaled(&court(), 1e6)),
-        Extreme::new(group, "the eye on a surface", eye([0.0; 3])),
-        Extreme::new(group, "the eye inside a block", eye([-0.2, 0.3, -1.2])),
+        Extreme::new(group, "the eye on a surface", eye([0.0, 0.0, 1.0])),
+        Extreme::new(group, "the eye inside a block", inside()),
         Extreme::new(group, "the eye a million units away", eye([0.0, 1.4, 1e6])),
         Extreme::new(group, "thin bars, cut-outs", bundled("bars")),
         Extreme::new(group, "a closed box", bundled("cornell")),
@@ -273,15 +273,22 @@ fn normals(scene: &mut Scene, normal: [f32; 3]) {
     scene.meshes.iter_mut().for_each(|mesh| mesh.normals.fill(normal));
 }
 
-/// A glowing speck just behind the near plane and a floor of a million units: ten thousand times as far.
+/// A glowing plate just behind the near plane and a floor of a million units: ten thousand times as far.
 fn depth_ratio() -> Scene {
     let mut scene = scenes::court();
-    let mut floor = scenes::quad(Vec3::new(-1e5, -0.1, 0.0), 2e5 * Vec3::X, -1e6 * Vec3::Z, 0);
-    floor.name = "floor".into();
-    let speck = scenes::quad(Vec3::new(-0.4, -0.1, -1.0), 0.3 * Vec3::X, 0.3 * Vec3::Y, 2);
-    scene.meshes = vec![floor, speck];
+    let floor = scenes::quad(Vec3::new(-1e5, -20.0, 0.0), 2e5 * Vec3::X, -1e6 * Vec3::Z, 0);
+    let plate = scenes::quad(Vec3::new(-20.0, -20.0, -5.0), 30.0 * Vec3::X, 30.0 * Vec3::Y, 2);
+    scene.meshes = vec![floor, plate];
     scene.materials.push(scenes::emitter(1.0));
-    scene.camera = scenes::camera([0.0, 0.0, 105.0], [0.0, 0.0, 0.0], 20.0);
+    scene.camera = scenes::camera([0.0, 0.0, 105.0], [0.0, 0.0, 0.0], 60.0);
+    scene
+}
+
+/// The eye in the middle of a closed block that glows.
+fn inside() -> Scene {
+    let mut scene = scenes::lamp_court();
+    let eye = Vec3::from(scene.camera.eye);
+    scene.meshes.push(scenes::block(eye - 0.2, eye + 0.3, 2));
     scene
 }
 

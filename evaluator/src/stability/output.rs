@@ -158,7 +158,7 @@ impl Table {
                     Cell::text(worst.group),
                     Cell::text(worst.row.clone()),
                     Cell::text(line.result()),
-                    Cell::number(Some(line.checks.len() as f64), 6),
+                    count(line.checks.len()),
                     Cell::text(worst.measure),
                     Cell::number(Some(worst.worst), 3),
                     Cell::number(worst.bound, 3),
@@ -283,7 +283,7 @@ fn group_table<'a>(group: &str, lines: impl Iterator<Item = &'a Line<'a>>) -> Pr
                 Cell::text(worst.row.clone()),
                 Cell::text(worst.technique.clone()),
                 Cell::text(line.result()),
-                Cell::number(Some(line.checks.len() as f64), 6),
+                count(line.checks.len()),
                 Cell::text(worst.measure),
                 Cell::number(Some(worst.worst), 3),
                 Cell::number(worst.bound, 3),
@@ -310,6 +310,11 @@ fn group_table<'a>(group: &str, lines: impl Iterator<Item = &'a Line<'a>>) -> Pr
         ],
         rows: lines.map(row).collect(),
     }
+}
+
+/// A whole number.
+fn count(number: usize) -> Cell {
+    Cell { text: number.to_string(), value: Some(number as f64), best: false }
 }
 
 fn red_table(red: &[&Check]) -> Printed {

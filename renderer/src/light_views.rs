@@ -48,7 +48,7 @@ impl LightMaps {
         Self {
             place: map("light_view_place", Format::Rgba32Float, "what a light sees, one after another"),
             light: map("light_view_light", Format::Rgba32Uint, "what it sends there"),
-            depth: map("light_view_depth", Gpu::DEPTH_FORMAT, "hidden surfaces"),
+            depth: map("light_view_depth_test", Gpu::DEPTH_FORMAT, "hidden surfaces"),
             size,
         }
     }

@@ -328,6 +328,7 @@ fn override_parameters_and_override_constants_are_the_same() {
     let by_plan = |folder: &str| match folder {
         "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED", "SOLID", "OVER_FRAMES"]),
         "bitmask" => BTreeSet::from(["SECTORS", "OVER_FRAMES"]),
+        "hybrid" => BTreeSet::from(["OVER_FRAMES"]),
         "direct" => BTreeSet::from(["LIGHTS"]),
         _ => BTreeSet::new(),
     };
@@ -481,6 +482,20 @@ fn a_bitmask_has_the_passes_that_its_settings_ask_for() {
     assert_eq!(["bitmask", "gtao", "horizon", "ray-march"].map(reads), [2; 4]);
 }
 
+/// Plans of the techniques that see the scene as its lights do, and of what these are compared with.
+fn light_space_plans(scene: &Scene) -> Vec<FramePlan> {
+    let hybrid = [
+        &[][..],
+        &[("sources", "screen")],
+        &[("sources", "lights"), ("storage", "float32")],
+        &[("visibility", "off"), ("start_resolution", "full"), ("temporal_a", "0.9")],
+        &[("sources", "lights"), ("visibility", "off")],
+    ];
+    let mut all: Vec<_> = hybrid.into_iter().map(|values| plan(scene, "hybrid", values, SIZE)).collect();
+    all.extend(["rsm", "ssdo", "ssao"].map(|technique| plan(scene, technique, &[], SIZE)));
+    all
+}
+
 fn every_plan() -> Vec<FramePlan> {
     let scenes = needs();
     let plans = |extra: &'static [(&'static str, &'static str)]| {
@@ -507,6 +522,7 @@ fn every_plan() -> Vec<FramePlan> {
         .chain(plans(&[("visibility", "auto")]))
         .chain(plans(&[("bounces", "2"), ("bounce_interleaving", "on")]))
         .chain(technique_plans())
+        .chain(scenes.iter().flat_map(light_space_plans))
         .chain(glossy)
         .collect()
 }
@@ -571,7 +587,7 @@ fn every_plan_reads_only_what_was_written_and_wastes_nothing() {
             for id in reads.iter().filter(|id| made(id)) {
                 assert!(!writes.contains(id), "{} reads and writes {}", pass.name, name(id));
                 // The first part of an exhaustive sum binds the other texture and does not read it.
-                let unread = pass.name == "exhaustive_0" && name(id) == "sum_1";
+                let unread = ["exhaustive_0", "rsm_0"].contains(&pass.name.as_str()) && name(id) == "sum_1";
                 assert!(unread || written.contains(id), "{} reads {} before it is written", pass.name, name(id));
             }
             read.extend(reads);

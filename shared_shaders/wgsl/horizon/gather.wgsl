@@ -57,7 +57,8 @@ fn walk(receiver: Receiver, slice: Slice, sign: f32, jitter: f32, screen: Screen
         let direction = direction_of(place.xy);
         if direction.x > horizon && is_within(place, radius) {
             let left = arc_to(direction, slice, sign);
-            light += select(0.0, open - left, plane.faces) * plane_radiance(words);
+            // The approximation of acos does not fall everywhere that it should: never less than nothing.
+            light += select(0.0, max(open - left, 0.0), plane.faces) * plane_radiance(words);
             open = left;
             horizon = direction.x;
         }

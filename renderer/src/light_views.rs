@@ -106,6 +106,9 @@ pub(crate) fn plan_light_maps(
     Ok(())
 }
 
+/// Bytes of a buffer that every device binds: WebGPU's default.
+const LARGEST_BUFFER: u64 = 1 << 27;
+
 /// Bytes of an entry of any of the buffers.
 const ENTRY: u64 = 16;
 
@@ -127,7 +130,15 @@ pub(crate) fn plan_virtual_lights(
         return Ok(None);
     }
     let texels = size * size;
-    let surfaces = texels * plan.light_views.len() as u32;
+    let views = plan.light_views.len() as u64;
+    if views * u64::from(texels) * ENTRY > LARGEST_BUFFER {
+        return Err(SettingsError(format!(
+            "{technique}.light_view_size = {size} is too much for the {views} views of this scene's lights (a point light \
+             has six): choose at most {}",
+            ((LARGEST_BUFFER / ENTRY / views) as f64).sqrt() as u32
+        )));
+    }
+    let surfaces = texels * views as u32;
     let mut buffer =
         |name: &str, entries: u32, bytes: u64, reason: &str| plan.buffer(name, u64::from(entries) * bytes, reason);
     let places = buffer("lit_places", surfaces, ENTRY, "where the lights' surfaces are");

@@ -70,6 +70,11 @@ fn alone(
 ) -> Result<Vec<Check>, Error> {
     let frames = frame(session, technique, settings, [1, 1])?;
     let light = mean(&frames, "indirect")?;
+    // Lights see what the screen does not.
+    if frames.plan().passes.iter().any(|pass| pass.shader.starts_with("light_views/")) {
+        let reason = "it is lit by what the lights see besides it";
+        return Ok(vec![check.clone().told("indirect light", light, reason)]);
+    }
     let reason = "a surface does not light itself, and nothing else is in view";
     Ok(vec![check.clone().bounded("indirect light", light, 0.0, reason)])
 }

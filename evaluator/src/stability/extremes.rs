@@ -114,6 +114,14 @@ fn examine(
             0.0,
             "nothing sends light, so there is none",
         ),
+        // Lights see brighter surfaces than those on the screen.
+        Expect::Light if frames.plan().passes.iter().any(|pass| pass.shader.starts_with("light_views/")) => {
+            check.clone().told(
+                "mean of indirect light",
+                mean_indirect(&frames)?,
+                "sources off the screen may be brighter than those on it",
+            )
+        }
         Expect::Light => {
             let bound = f64::from(found.largest_direct) * series(&extreme.scene, bounces(technique, settings));
             let mean = mean_indirect(&frames)?;

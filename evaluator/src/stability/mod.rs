@@ -124,7 +124,30 @@ struct Explained {
     cause: &'static str,
 }
 
-const EXPLAINED: &[Explained] = &[];
+const EXPLAINED: &[Explained] = &[
+    Explained {
+        row: "64 lights",
+        technique: "hybrid",
+        measure: "errors",
+        settings: &["light_view_size=512"],
+        cause: "104 views of 512 texels a side do not fit a buffer that every device binds: refused by a sentence with the \
+                size that fits",
+    },
+    Explained {
+        row: "what was hidden in the frame before",
+        technique: "bitmask",
+        measure: "uncovered pixels with light of the frame before",
+        settings: &["feedback=0.95"],
+        cause: "feedback reflects the light of the frame before once more: that is how it makes further bounces",
+    },
+    Explained {
+        row: "what was hidden in the frame before",
+        technique: "bitmask",
+        measure: "uncovered pixels with light of the frame before",
+        settings: &["feedback=0.0000009499999999999999"],
+        cause: "feedback reflects the light of the frame before once more: that is how it makes further bounces",
+    },
+];
 
 /// How much to run.
 #[derive(Clone, Debug)]

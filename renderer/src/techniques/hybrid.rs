@@ -46,11 +46,11 @@ parameters! {
         /// Virtual lights in all, chosen by what they bring to the picture; receivers share them out among one another.
         virtual_lights: u32 = 1024, in 1..=16384, unit "1", grid [256, 1024, 4096], role Plan;
         /// Width and height of each light's view.
-        light_view_size: u32 = 256, in 8..=2048, unit "px", grid [128, 256, 512], role Plan;
+        light_view_size: u32 = 128, in 8..=512, unit "px", grid [64, 128, 256], role Plan;
         /// Whether light from the lights' views is tested for what stands in between, in a grid of cubes over the whole scene.
         visibility: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
         /// Cubes along the longest side of the scene.
-        voxel_resolution: u32 = 256, in 8..=1024, unit "1", grid [128, 256, 512], role Plan;
+        voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
         /// Successive virtual lights that share one ray: the mean stays, the noise of visibility grows, its cost falls.
         samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
         /// Storage of light at full resolution: float16 has half the bytes and clamps at 65,504.

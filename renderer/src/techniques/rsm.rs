@@ -41,7 +41,7 @@ parameters! {
         /// Brightness of the published weighting.
         intensity: f32 = 1.0, in 0.0..=1e9, unit "1", grid [1.0], role Uniform;
         /// Width and height of each light's view.
-        light_view_size: u32 = 512, in 8..=2048, unit "px", grid [256, 512], role Plan;
+        light_view_size: u32 = 256, in 8..=1024, unit "px", grid [256, 512], role Plan;
         /// Storage of light at full resolution: float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
     }

@@ -256,6 +256,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         }
         light += around;
     }
-    @if(light) { textureStore(gathered, id.xy, vec4f(light, open)); }
+    // Weights of single slices may hide more than everything, rounding may open more.
+    open = saturate(open);
+    @if(light) { textureStore(gathered, id.xy, vec4f(max(light, vec3f(0.0)), open)); }
     @if(!light) { textureStore(gathered, id.xy, vec4f(open)); }
 }

@@ -81,5 +81,6 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         let all = slice.cos_angle + slice.angle * slice.sin_angle;
         open -= slice.weight * (all - arcs) / f32(SLICES);
     }
-    textureStore(gathered, id.xy, vec4f(open));
+    // Weights of single slices may hide more than everything, rounding may open more.
+    textureStore(gathered, id.xy, vec4f(saturate(open)));
 }

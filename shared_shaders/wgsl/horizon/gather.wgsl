@@ -98,5 +98,6 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         // The polynomial may dip under zero where the sky is dark.
         sum = max(sum, vec4f(0.0));
     }
-    textureStore(gathered, id.xy, sum);
+    // Weights of single slices may hide more than everything, rounding may open more.
+    textureStore(gathered, id.xy, vec4f(max(sum.rgb, vec3f(0.0)), saturate(sum.w)));
 }

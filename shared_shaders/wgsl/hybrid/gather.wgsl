@@ -5,7 +5,7 @@ import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};
 import package::common::view::{View, SKY_DEPTH};
-import package::light_views::light_surface::{LightSurface, unpack_light};
+import package::light_views::light_surface::{LightSurface, unpack_light, factor_of};
 import package::light_views::transfer::transfer;
 @if(far && visibility) import package::scene_voxels::grid::{Grid, word_index, grid_position};
 @if(far && visibility) import package::scene_voxels::march::{CLEAR, Walk, begin_walk, way_out, next_cube};
@@ -44,6 +44,12 @@ override OVER_FRAMES: bool = false;
 // cos and sin of the golden angle (Vogel 1979).
 @if(near) const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
 
+/// Light of sources whose form factors sum to `w`. A hemisphere has no more than 1: what goes beyond is the noise of few
+/// samples that stand for many, and is taken back.
+fn within_hemisphere(light: vec4f) -> vec3f {
+    return light.rgb / max(light.w, 1.0);
+}
+
 /// From surfaces that the camera sees within the radius. Samples cover, evenly, the disc that a sphere of the radius
 /// around the receiver fills on the screen at most.
 @if(near)
@@ -62,7 +68,8 @@ fn light_from_near(position: vec3f, normal: vec3f, depth: f32, id: vec2u) -> vec
     let area = PI * reach * reach * params.scale * params.scale / f32(NEAR_SAMPLES) * pixel.x * pixel.y;
     // The disc of one texel bounds the form factor; a sample stands for several.
     let disc = pixel.x * pixel.y * params.scale * params.scale;
-    var sum = vec3f(0.0);
+    // Light, and the sum of form factors.
+    var sum = vec4f(0.0);
     for (var i = 0u; i < NEAR_SAMPLES; i++) {
         let point = centre + reach * sqrt((f32(i) + random.x) / f32(NEAR_SAMPLES)) * direction;
         direction = vec2f(
@@ -78,9 +85,10 @@ fn light_from_near(position: vec3f, normal: vec3f, depth: f32, id: vec2u) -> vec
         // Equation 2 of Soler et al. 2009.
         let surface = LightSurface(at, disc * d * d / max(-dot(n, ray), MIN_COS_BETA), n, vec3f(0.0));
         let inside = on_screen && d > SKY_DEPTH && distance(at, position) < params.radius;
-        sum += select(vec3f(0.0), surfel_radiance(words) * transfer(position, normal, surface), inside);
+        let factor = transfer(position, normal, surface);
+        sum += select(vec4f(0.0), vec4f(surfel_radiance(words), 1.0) * factor, inside);
     }
-    return sum * (area / disc);
+    return within_hemisphere(sum * (area / disc));
 }
 
 /// Whether nothing in the grid stands between two surfaces; places and normals in view space.
@@ -106,16 +114,16 @@ fn sees(position: vec3f, normal: vec3f, source: vec3f, source_normal: vec3f) -> 
     return !blocked;
 }
 
-/// What a virtual light of the list would bring if nothing stood in between.
+/// What a virtual light of the list would bring if nothing stood in between, and its form factor.
 @if(far)
-fn light_from(i: u32, position: vec3f, normal: vec3f) -> vec3f {
+fn light_from(i: u32, position: vec3f, normal: vec3f) -> vec4f {
     let words = virtual_lights[i];
     let surface = unpack_light(virtual_places[i], words);
-    var factor = transfer(position, normal, surface) * bitcast<f32>(words.w);
+    var factor = transfer(position, normal, surface) * factor_of(words);
     @if(near) {
         factor = select(factor, 0.0, distance(surface.position, position) < params.radius);
     }
-    return surface.radiance * factor;
+    return vec4f(surface.radiance, 1.0) * factor;
 }
 
 /// From what the lights see beyond the radius: every `stride`-th light of the list, from a place that differs between
@@ -123,7 +131,8 @@ fn light_from(i: u32, position: vec3f, normal: vec3f) -> vec3f {
 @if(far)
 fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     let random = spread2(id, view.frame, FAR_STREAM, view.seed, OVER_FRAMES).x;
-    var sum = vec3f(0.0);
+    // Light, and the sum of form factors.
+    var sum = vec4f(0.0);
     let first = u32(random * f32(params.stride));
     @if(!visibility) {
         for (var i = first; i < params.virtual_lights; i += params.stride) {
@@ -141,6 +150,7 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
                 if i < params.virtual_lights {
                     let light = light_from(i, position, normal);
                     let strength = max(light.x, max(light.y, light.z));
+                    sum.w += light.w;
                     strength_of_all += strength;
                     // One number serves all choices: what is left of it after each one is as random as before.
                     let threshold = choice * strength_of_all;
@@ -157,13 +167,13 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
                 let surface = unpack_light(place, words);
                 if sees(position, normal, surface.position, surface.normal) {
                     let light = surface.radiance;
-                    sum += light * (strength_of_all / max(light.x, max(light.y, light.z)));
+                    sum += vec4f(light * (strength_of_all / max(light.x, max(light.y, light.z))), 0.0);
                 }
             }
             choice = fract(choice + 0.6180339887498949);
         }
     }
-    return sum * f32(params.stride);
+    return within_hemisphere(sum * f32(params.stride));
 }
 
 @compute @workgroup_size(8, 8)

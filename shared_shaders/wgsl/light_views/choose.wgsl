@@ -2,6 +2,7 @@
 // importances (systematic sampling). One workgroup; what a chosen surface sends is divided by how often it is chosen.
 import package::common::math::random3;
 import package::common::view::View;
+import package::light_views::light_surface::with_factor;
 
 struct Params {
     // Surfaces of all light views, and how many to choose.
@@ -15,7 +16,7 @@ struct Params {
 @group(0) @binding(3) var<storage, read> places: array<vec4f>;
 @group(0) @binding(4) var<storage, read> lights: array<vec4u>;
 @group(0) @binding(5) var<storage, read_write> virtual_places: array<vec4f>;
-// `pack_light`; the last word holds the bits of the factor of its radiance.
+// `pack_light`, with how much more of it there is than one surface.
 @group(0) @binding(6) var<storage, read_write> virtual_lights: array<vec4u>;
 
 const THREADS: u32 = 256u;
@@ -62,14 +63,14 @@ fn choose(@builtin(local_invocation_index) thread: u32) {
         }
         while k < min(own_end, params.chosen) && (f32(k) + start) * stride < sum && importance > 0.0 {
             virtual_places[k] = places[i];
-            virtual_lights[k] = vec4u(lights[i].xyz, bitcast<u32>(stride / importance));
+            virtual_lights[k] = with_factor(lights[i], stride / importance);
             k++;
         }
     }
     // What rounding left over goes to the last lit surface of this part.
     while k < min(own_end, params.chosen) {
         virtual_places[k] = select(vec4f(0.0), places[last], own > 0.0);
-        virtual_lights[k] = vec4u(lights[last].xyz, bitcast<u32>(select(0.0, stride / importances[last], own > 0.0)));
+        virtual_lights[k] = with_factor(lights[last], select(0.0, stride / importances[last], own > 0.0));
         k++;
     }
 }

@@ -13,12 +13,20 @@ struct LightSurface {
     radiance: vec3f,
 }
 
-/// Normal and radiance in 96 bits, as a surfel has them.
+/// Normal and radiance in 96 bits, as a surfel has them; the first word is a float, the factor of the radiance.
 fn pack_light(normal: vec3f, radiance: vec3f) -> vec4u {
-    return vec4u(pack2x16snorm(octahedral_encode(normal)), pack_radiance(radiance), 0u);
+    return vec4u(bitcast<u32>(1.0), pack2x16snorm(octahedral_encode(normal)), pack_radiance(radiance));
+}
+
+fn with_factor(words: vec4u, factor: f32) -> vec4u {
+    return vec4u(bitcast<u32>(factor), words.yzw);
+}
+
+fn factor_of(words: vec4u) -> f32 {
+    return bitcast<f32>(words.x);
 }
 
 fn unpack_light(place: vec4f, words: vec4u) -> LightSurface {
-    let normal = octahedral_decode(unpack2x16snorm(words.x));
-    return LightSurface(place.xyz, place.w, normal, unpack_radiance(words.y, words.z));
+    let normal = octahedral_decode(unpack2x16snorm(words.y));
+    return LightSurface(place.xyz, place.w, normal, unpack_radiance(words.z, words.w));
 }

@@ -33,7 +33,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let own = textureLoad(surfels, id.xy, 0);
-    var sum = vec3f(0.0);
+    // Light, and the sum of form factors.
+    var sum = vec4f(0.0);
     if surfel_depth(own) > SKY_DEPTH {
         let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
         let normal = surfel_normal(own);
@@ -58,8 +59,9 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 let cosines = max(dot(normal, toward), 0.0) * max(-dot(surfel_normal(words), toward), 0.0) / square;
                 factor = params.intensity * cosines / (square * f32(SAMPLES));
             }
-            sum += select(vec3f(0.0), surfel_radiance(words) * factor, hidden);
+            sum += select(vec4f(0.0), vec4f(surfel_radiance(words), 1.0) * factor, hidden);
         }
     }
-    textureStore(gathered, id.xy, vec4f(sum, 1.0));
+    // Discs of many samples may cover one another; a hemisphere has no more than 1.
+    textureStore(gathered, id.xy, vec4f(sum.rgb / max(sum.w, 1.0), 1.0));
 }

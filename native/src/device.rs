@@ -6,6 +6,8 @@ use std::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
+    thread,
+    time::{Duration, Instant},
 };
 
 use halflight_renderer::Gpu;
@@ -94,6 +96,9 @@ impl NativeGpu {
     }
 }
 
+/// Time after the first error of a lost device until its loss was told, at most: a thread has to be scheduled for it.
+const LOSS_IS_TOLD: Duration = Duration::from_secs(2);
+
 /// Errors of a device that was lost are not this program's mistakes: they end with a sentence when its results are read,
 /// and not here. All others panic, as they do where nobody handles them.
 struct Handler(wgpu::Device);
@@ -105,10 +110,15 @@ impl Handler {
         device.set_device_lost_callback(move |_, _| told.store(true, Ordering::Release));
         let own = device.clone();
         device.on_uncaptured_error(Arc::new(move |error| {
-            // A loss is told once the device is idle, which may be later than the first error that comes of it.
-            drop(own.poll(wgpu::PollType::wait_indefinitely()));
-            if !lost.load(Ordering::Acquire) {
-                panic!("the device refused: {error}");
+            // A loss is told once the device is idle, and perhaps by another thread that polls it: later than the first
+            // error that comes of it. Who made a mistake can wait for the panic.
+            let begin = Instant::now();
+            while !lost.load(Ordering::Acquire) {
+                if begin.elapsed() > LOSS_IS_TOLD {
+                    panic!("the device refused: {error}");
+                }
+                drop(own.poll(wgpu::PollType::wait_indefinitely()));
+                thread::sleep(Duration::from_millis(5));
             }
         }));
         Self(device.clone())

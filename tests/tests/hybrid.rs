@@ -123,11 +123,11 @@ fn units_of_the_scene_do_not_matter() {
     let largest = one.iter().flatten().copied().fold(0.0, f32::max);
     let ratio = mean_luminance(&hundred) / mean_luminance(&one);
     println!("largest difference {worst:e} of {largest}, means {ratio:.5}");
-    // A sum of 65,536 importances rounds at 1e-4 of it, a tenth of the way between two chosen lights: others are chosen,
+    // A sum of 16,384 importances rounds at 1e-4 of it, a tenth of the way between two chosen lights: others are chosen,
     // and what 24 frames leave of that noise is 0.4 % of the mean.
     assert!((ratio - 1.0).abs() < 0.01);
     let differ = one.iter().zip(&hundred).filter(|(a, b)| (a[1] - b[1]).abs() > 0.02 * largest).count();
-    assert!(differ < one.len() / 50, "{differ} of {} pixels differ", one.len());
+    assert!(differ < one.len() / 20, "{differ} of {} pixels differ", one.len());
 }
 
 #[test]

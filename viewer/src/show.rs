@@ -57,8 +57,10 @@ pub fn showable(plan: &FramePlan) -> Vec<&str> {
     let colour = |index: usize| {
         let resource = &plan.resources[index];
         match resource.kind {
-            ResourceKind::Texture { layers: 1, format, .. } => {
-                !outputs.contains(&index) && shader(&resource.name, format).is_some()
+            ResourceKind::Texture { layers, format, .. } => {
+                (layers == 1 || format == Format::R32Uint)
+                    && !outputs.contains(&index)
+                    && shader(&resource.name, format).is_some()
             }
             _ => false,
         }
@@ -70,6 +72,7 @@ pub fn showable(plan: &FramePlan) -> Vec<&str> {
 fn shader(name: &str, format: Format) -> Option<&'static str> {
     match format {
         Format::Rgba32Uint if name.starts_with("surfels") => Some("viewer/show_surfels"),
+        Format::R32Uint if name.starts_with("voxels") => Some("viewer/show_voxels"),
         Format::R32Float | Format::Rgba32Float | Format::Rgba16Float | Format::Rgba8UnormSrgb | Format::Rgba8Unorm => {
             Some("viewer/show")
         }

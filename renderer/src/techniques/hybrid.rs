@@ -82,6 +82,9 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     // Without a scene its lights are asked for all the same, to be told that they are missing.
     let lit = inputs.scene.is_none() || !plan.light_views.is_empty();
     let wants_far = parameters.sources != Sources::Screen && lit;
+    if !near && !wants_far {
+        return Ok(None);
+    }
     let divisor = parameters.start_resolution.divisor();
     let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], divisor, if wants_far { IMPORTANCE_LEVELS } else { 0 });
     let (level, coarse) = (&levels[0], &levels[levels.len() - 1]);
@@ -96,9 +99,6 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         )?,
         false => None,
     };
-    if lights.is_none() && !near {
-        return Ok(None);
-    }
     let radius = radius_or(parameters.radius, NEARBY, inputs, Hybrid::TECHNIQUE)?;
     let voxels = match (&lights, inputs.scene) {
         (Some(_), Some(scene)) if parameters.visibility == Switch::On => {

@@ -44,7 +44,7 @@ override OVER_FRAMES: bool = false;
 // cos and sin of the golden angle (Vogel 1979).
 @if(near) const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
 
-/// Light of sources whose form factors sum to `w`. A hemisphere has no more than 1: what goes beyond is the noise of few
+/// Light of nearby sources whose form factors sum to `w`. A hemisphere has no more than 1: what goes beyond is the noise of few
 /// samples that stand for many, and is taken back.
 fn within_hemisphere(light: vec4f) -> vec3f {
     return light.rgb / max(light.w, 1.0);
@@ -114,16 +114,16 @@ fn sees(position: vec3f, normal: vec3f, source: vec3f, source_normal: vec3f) -> 
     return !blocked;
 }
 
-/// What a virtual light of the list would bring if nothing stood in between, and its form factor.
+/// What a virtual light of the list would bring if nothing stood in between.
 @if(far)
-fn light_from(i: u32, position: vec3f, normal: vec3f) -> vec4f {
+fn light_from(i: u32, position: vec3f, normal: vec3f) -> vec3f {
     let words = virtual_lights[i];
     let surface = unpack_light(virtual_places[i], words);
     var factor = transfer(position, normal, surface) * factor_of(words);
     @if(near) {
         factor = select(factor, 0.0, distance(surface.position, position) < params.radius);
     }
-    return vec4f(surface.radiance, 1.0) * factor;
+    return surface.radiance * factor;
 }
 
 /// From what the lights see beyond the radius: every `stride`-th light of the list, from a place that differs between
@@ -131,8 +131,7 @@ fn light_from(i: u32, position: vec3f, normal: vec3f) -> vec4f {
 @if(far)
 fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     let random = spread2(id, view.frame, FAR_STREAM, view.seed, OVER_FRAMES).x;
-    // Light, and the sum of form factors.
-    var sum = vec4f(0.0);
+    var sum = vec3f(0.0);
     let first = u32(random * f32(params.stride));
     @if(!visibility) {
         for (var i = first; i < params.virtual_lights; i += params.stride) {
@@ -150,7 +149,6 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
                 if i < params.virtual_lights {
                     let light = light_from(i, position, normal);
                     let strength = max(light.x, max(light.y, light.z));
-                    sum.w += light.w;
                     strength_of_all += strength;
                     // One number serves all choices: what is left of it after each one is as random as before.
                     let threshold = choice * strength_of_all;
@@ -167,13 +165,13 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
                 let surface = unpack_light(place, words);
                 if sees(position, normal, surface.position, surface.normal) {
                     let light = surface.radiance;
-                    sum += vec4f(light * (strength_of_all / max(light.x, max(light.y, light.z))), 0.0);
+                    sum += light * (strength_of_all / max(light.x, max(light.y, light.z)));
                 }
             }
             choice = fract(choice + 0.6180339887498949);
         }
     }
-    return within_hemisphere(sum * f32(params.stride));
+    return sum * f32(params.stride);
 }
 
 @compute @workgroup_size(8, 8)

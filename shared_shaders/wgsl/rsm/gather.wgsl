@@ -52,8 +52,6 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         let size = vec2f(textureDimensions(place));
         let centre = (clip.xy / clip.w * vec2f(0.5, -0.5) + 0.5) * size;
         let random = spread2(id.xy, view.frame, STREAM + params.index, view.seed, false);
-        // Light, and the sum of form factors.
-        var light_of_view = vec4f(0.0);
         let reach = params.map_radius * size.x;
         for (var i = 0u; i < SAMPLES; i++) {
             let share = (f32(i) + random.x) / f32(SAMPLES);
@@ -72,10 +70,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 let cosines = max(dot(normal, toward), 0.0) * max(-dot(surface.normal, toward), 0.0) / square;
                 factor = params.intensity * share * share * cosines / (square * f32(SAMPLES));
             }
-            light_of_view += select(vec4f(0.0), vec4f(surface.radiance, 1.0) * factor, inside && surface.area > 0.0);
+            sum += select(vec3f(0.0), surface.radiance * factor, inside && surface.area > 0.0);
         }
-        // A hemisphere has no more than 1: what goes beyond is the noise of few samples that stand for many.
-        sum += light_of_view.rgb / max(light_of_view.w, 1.0);
     }
     textureStore(gathered, id.xy, vec4f(sum, 1.0));
 }

@@ -125,8 +125,9 @@ fn the_atrium_and_its_views() {
     let report = page.wait("the atrium", settled);
     let atrium = cut(&page.screenshot(&target(), "atrium"), place(&report, "picture"));
     assert!(spread(&atrium).1 > 20.0, "the atrium is blank");
-    for view in ["indirect", "normal", "depth", "surfels_8", "gathered_0"] {
-        page.evaluate(&format!("halflight.go_to('scene=atrium&size=640x360&truth=off&view={view}')"));
+    for view in ["indirect", "normal", "depth", "surfels_8", "gathered_0", "voxels_4"] {
+        let visibility = if view == "voxels_4" { "&a.hierarchical.visibility=surface" } else { "" };
+        page.evaluate(&format!("halflight.go_to('scene=atrium&size=640x360&truth=off&view={view}{visibility}')"));
         let report = page.wait(view, |r| settled(r) && r["address"].as_str().unwrap().contains(view));
         let shown = cut(&page.screenshot(&target(), &format!("atrium-{view}")), place(&report, "picture"));
         assert!(spread(&shown).1 > 5.0, "{view} is blank");

@@ -45,9 +45,7 @@ pub struct SceneFacts {
     pub extra_cameras: Vec<Camera>,
     /// Near plane for its cameras, scene units.
     pub near: f32,
-    /// Length of the diagonal of its bounding box, over all frames, scene units; 1 for an empty scene.
-    pub diagonal: f32,
-    /// Lower and upper corner of that box, world space.
+    /// Lower and upper corner of its bounding box, over all frames, world space; a unit cube for an empty scene.
     pub bounds: [[f32; 3]; 2],
     /// Number of triangles.
     pub triangles: u32,
@@ -56,18 +54,19 @@ pub struct SceneFacts {
 impl SceneFacts {
     /// Collects the facts.
     pub fn of(scene: &Scene) -> Self {
-        let diagonal = scene.swept_bounds().map_or(1.0, |(low, high)| (high - low).length());
+        let bounds = scene.swept_bounds();
+        let diagonal = bounds.map_or(1.0, |(low, high)| (high - low).length());
         // Reversed depth is as precise near the eye as far away, so the near plane may be close; it
         // only has to stay clear of zero.
         let near = (diagonal * 1e-4).max(f32::MIN_POSITIVE * 1e10);
-        let bounds = scene.swept_bounds().map_or([[0.0; 3], [1.0; 3]], |(low, high)| [low.to_array(), high.to_array()]);
+        let bounds = bounds.map_or([[0.0; 3], [1.0; 3]], |(low, high)| [low.to_array(), high.to_array()]);
         let needs = SceneNeeds::of(scene);
         let flags = scene.materials.iter().map(|material| u32::from(material.receive_only));
         let receive_only = if needs.receive_only { flags.collect() } else { Vec::new() };
         let shadow_layers = shadow_layers(&scene.pose(0).lights, shadow_bounds(scene));
         let extra_cameras = scene.extra_cameras.clone();
         let triangles = scene.triangle_count() as u32;
-        Self { needs, shadow_layers, receive_only, extra_cameras, near, diagonal, bounds, triangles }
+        Self { needs, shadow_layers, receive_only, extra_cameras, near, bounds, triangles }
     }
 }
 

@@ -13,20 +13,18 @@ use crate::{
     techniques::{Inputs, SceneInputs},
 };
 
-/// Lit surfaces that stand for all that the lights light: two buffers with one entry for each.
+/// Lit surfaces that stand for all that the lights light.
 pub(crate) struct VirtualLights {
-    /// `array<vec4f>`: position in view space and area.
-    pub(crate) places: ResourceId,
-    /// `array<vec4u>`: normal, radiance and the factor of the radiance.
+    /// `array<LightSurface>` of `light_views/light_surface.wgsl`, view space.
     pub(crate) lights: ResourceId,
     pub(crate) count: u32,
 }
 
 /// Textures that each view is drawn into, one after another, and what drawing them takes.
 pub(crate) struct LightMaps {
-    /// World position and area of each texel's surface.
+    /// World position of each texel's surface.
     pub(crate) place: ResourceId,
-    /// Its normal and the radiance that it sends on.
+    /// Its area, its normal and the radiance that it sends on.
     pub(crate) light: ResourceId,
     depth: ResourceId,
     size: u32,
@@ -109,8 +107,9 @@ pub(crate) fn plan_light_maps(
 /// Bytes of a buffer that every device binds: WebGPU's default.
 const LARGEST_BUFFER: u64 = 1 << 27;
 
-/// Bytes of an entry of any of the buffers.
+/// Bytes of a surface in either buffer that holds all of them, and of a virtual light.
 const ENTRY: u64 = 16;
+const VIRTUAL_LIGHT: u64 = 48;
 
 /// Plans maps of `size` texels a side for every light and chooses `count` of their surfaces by what they bring to
 /// `receivers`; `None` in a scene without lights.
@@ -145,12 +144,11 @@ pub(crate) fn plan_virtual_lights(
     let lights = buffer("lit_radiance", surfaces, ENTRY, "what the lights' surfaces send on");
     let importances = buffer("importances", surfaces, 4, "what each of them would bring");
     let chosen = VirtualLights {
-        places: buffer("virtual_places", count, ENTRY, "surfaces that stand for all of them"),
-        lights: buffer("virtual_lights", count, ENTRY, "what these send on"),
+        lights: buffer("virtual_lights", count, VIRTUAL_LIGHT, "surfaces that stand for all of them"),
         count,
     };
     plan_light_maps(plan, inputs, technique, size, |plan, maps, index, _| {
-        plan.pass(Part::Technique, format!("collect_{index}"), "light_views/collect+importance")
+        plan.pass(Part::Technique, format!("collect_{index}"), "light_views/collect")
             .param("first", texels * index as u32)
             .param("scale", receivers.scale as f32)
             .bind("place", maps.place)
@@ -168,7 +166,6 @@ pub(crate) fn plan_virtual_lights(
         .bind("importances", importances)
         .bind("places", places)
         .bind("lights", lights)
-        .bind("virtual_places", chosen.places)
         .bind("virtual_lights", chosen.lights)
         .because(format!("{count} surfaces stand for all that are lit"))
         .over([1, 1]);

@@ -378,6 +378,11 @@ impl Recording {
         for buffer in self.plan.passes[index].cleared.iter().filter_map(|&id| self.buffer(id)).filter(|_| !idle) {
             encoder.clear_buffer(buffer, 0, None);
         }
+        let timestamps = timer.map(|timer| wgpu::RenderPassTimestampWrites {
+            query_set: &timer.queries,
+            beginning_of_pass_write_index: Some(query),
+            end_of_pass_write_index: Some(query + 1),
+        });
         match &self.passes[index] {
             ReadyPass::Compute { pipeline, groups, workgroups } => {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -410,25 +415,7 @@ impl Recording {
                         })
                     })
                     .collect();
-                let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                    label,
-                    color_attachments: &attachments,
-                    depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                        view: depth,
-                        depth_ops: Some(wgpu::Operations {
-                            load: wgpu::LoadOp::Clear(0.0),
-                            store: wgpu::StoreOp::Store,
-                        }),
-                        stencil_ops: None,
-                    }),
-                    timestamp_writes: timer.map(|timer| wgpu::RenderPassTimestampWrites {
-                        query_set: &timer.queries,
-                        beginning_of_pass_write_index: Some(query),
-                        end_of_pass_write_index: Some(query + 1),
-                    }),
-                    occlusion_query_set: None,
-                    multiview_mask: None,
-                });
+                let mut pass = render_pass(encoder, label, &attachments, (depth, wgpu::StoreOp::Store), timestamps);
                 if let Some((indices, count)) = &self.indices {
                     pass.set_pipeline(pipeline);
                     pass.set_bind_group(0, group, &[]);
@@ -437,25 +424,7 @@ impl Recording {
                 }
             }
             ReadyPass::Voxelize { pipeline, group, target, indices } => {
-                let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                    label,
-                    color_attachments: &[],
-                    depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                        view: target,
-                        depth_ops: Some(wgpu::Operations {
-                            load: wgpu::LoadOp::Clear(0.0),
-                            store: wgpu::StoreOp::Discard,
-                        }),
-                        stencil_ops: None,
-                    }),
-                    timestamp_writes: timer.map(|timer| wgpu::RenderPassTimestampWrites {
-                        query_set: &timer.queries,
-                        beginning_of_pass_write_index: Some(query),
-                        end_of_pass_write_index: Some(query + 1),
-                    }),
-                    occlusion_query_set: None,
-                    multiview_mask: None,
-                });
+                let mut pass = render_pass(encoder, label, &[], (target, wgpu::StoreOp::Discard), timestamps);
                 if let Some((all, _)) = &self.indices {
                     pass.set_pipeline(pipeline);
                     pass.set_bind_group(0, group, &[]);
@@ -520,6 +489,28 @@ impl Timer {
 fn params_block(pass: &Pass) -> Option<Vec<u8>> {
     let Some(BindingKind::Uniform { size, members }) = params_layout(pass) else { return None };
     Some(uniform::pack(*size, members, &pass.params, &pass.name))
+}
+
+/// Begins a pass whose triangles go into cleared targets; what is kept of its depth stands beside it.
+fn render_pass<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    label: Option<&str>,
+    color_attachments: &[Option<wgpu::RenderPassColorAttachment>],
+    (depth, store): (&wgpu::TextureView, wgpu::StoreOp),
+    timestamp_writes: Option<wgpu::RenderPassTimestampWrites>,
+) -> wgpu::RenderPass<'a> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label,
+        color_attachments,
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: depth,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store }),
+            stencil_ops: None,
+        }),
+        timestamp_writes,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    })
 }
 
 fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {

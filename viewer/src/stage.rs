@@ -409,6 +409,6 @@ impl Side {
 
     /// Running medians of one part of the frame, milliseconds.
     pub fn part_ms(&self, wanted: Part) -> f64 {
-        self.times.medians().filter(|(_, part, _)| *part == wanted).map(|(_, _, ms)| ms).sum()
+        self.times.of_part(wanted)
     }
 }

@@ -60,13 +60,16 @@ pub fn is_coarse(nanoseconds: &[u64]) -> bool {
 #[derive(Debug, Default)]
 pub struct Times {
     passes: Vec<(String, Part, VecDeque<f64>)>,
+    /// Whether each pass runs in the first frame alone, and so is no part of a frame's time.
+    once: Vec<bool>,
 }
 
 impl Times {
     /// No measurement yet of these passes.
     pub fn new(recording: &Recording) -> Self {
         let pass = |pass: &halflight_renderer::plan::Pass| (pass.name.clone(), pass.part, VecDeque::new());
-        Self { passes: recording.plan().passes.iter().map(pass).collect() }
+        let passes = &recording.plan().passes;
+        Self { passes: passes.iter().map(pass).collect(), once: passes.iter().map(|pass| pass.once).collect() }
     }
 
     /// Takes in a measurement of a pass, milliseconds.
@@ -84,9 +87,15 @@ impl Times {
         self.passes.iter().map(|(name, part, kept)| (name.as_str(), *part, median(kept)))
     }
 
+    /// Sum of the medians of a part's passes, milliseconds; those that run once are left out, as in the evaluator's tables.
+    pub fn of_part(&self, wanted: Part) -> f64 {
+        let in_every_frame = self.medians().zip(&self.once).filter(|(_, once)| !**once).map(|(pass, _)| pass);
+        in_every_frame.filter(|(_, part, _)| *part == wanted).map(|(_, _, ms)| ms).sum()
+    }
+
     /// Sum of the medians of a technique's passes, milliseconds; none before every pass was measured.
     pub fn technique(&self) -> Option<f64> {
-        let sum: f64 = self.medians().filter(|(_, part, _)| *part == Part::Technique).map(|(_, _, ms)| ms).sum();
+        let sum = self.of_part(Part::Technique);
         (sum.is_finite() && !self.passes.is_empty()).then_some(sum)
     }
 
@@ -241,7 +250,7 @@ mod tests {
 
     #[test]
     fn a_median_is_robust_and_runs() {
-        let mut times = Times { passes: vec![("gather".into(), Part::Technique, VecDeque::new())] };
+        let mut times = Times { passes: vec![("gather".into(), Part::Technique, VecDeque::new())], once: vec![false] };
         assert_eq!(times.technique(), None);
         for value in [3.0, 900.0, 1.0, 2.0] {
             times.add(0, value);

@@ -70,9 +70,6 @@ pub const TECHNIQUE: Technique = Technique {
     plan,
 };
 
-/// Part of the scene's diagonal within which light is nearby.
-pub(super) const NEARBY: f32 = 1.0 / 30.0;
-
 /// Levels between the receivers of the gather and those that decide which virtual lights matter.
 const IMPORTANCE_LEVELS: u32 = 2;
 
@@ -99,7 +96,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         )?,
         false => None,
     };
-    let radius = radius_or(parameters.radius, NEARBY, inputs, Hybrid::TECHNIQUE)?;
+    let radius = inputs.nearby(parameters.radius, Hybrid::TECHNIQUE)?;
     let voxels = match (&lights, inputs.scene) {
         (Some(_), Some(scene)) if parameters.visibility == Switch::On => {
             Some(plan_scene_voxels(plan, &scene, parameters.voxel_resolution))
@@ -121,7 +118,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         .bind("surfels", level.surfels)
         .bind("gathered", gathered);
     if let Some(lights) = &lights {
-        pass = pass.bind("virtual_places", lights.places).bind("virtual_lights", lights.lights);
+        pass = pass.bind("virtual_lights", lights.lights);
     }
     if let Some(voxels) = voxels {
         pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
@@ -130,18 +127,4 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
     let light = to_display(plan, inputs, &upsampling, level, gathered, "indirect");
     Ok(temporal_filter(plan, inputs, Some(light), parameters.temporal_a))
-}
-
-/// The radius, or a share of the scene's diagonal where it is 0.
-///
-/// # Errors
-/// Where there is no scene to take it from.
-pub(super) fn radius_or(radius: f32, share: f32, inputs: &Inputs, technique: &str) -> Result<f32, SettingsError> {
-    match (radius, inputs.scene) {
-        (radius, _) if radius > 0.0 => Ok(radius),
-        (_, Some(scene)) => Ok(share * scene.diagonal),
-        _ => Err(SettingsError(format!(
-            "{technique}.radius = 0 takes its length from the scene and only textures were given: give a radius"
-        ))),
-    }
 }

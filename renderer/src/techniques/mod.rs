@@ -1,5 +1,7 @@
 //! The techniques: each is one module here and one WGSL folder, and a line in [`TECHNIQUES`].
 
+use glam::Vec3;
+
 pub use crate::parameters::SettingsError;
 use crate::{
     DirectLight, SceneFacts,
@@ -39,6 +41,25 @@ pub struct Inputs {
     pub scene: Option<SceneInputs>,
 }
 
+/// Part of the diagonal of the scene's bounding box within which light is nearby, where a setting leaves it open.
+const NEARBY: f32 = 1.0 / 30.0;
+
+impl Inputs {
+    /// The radius within which surfaces are nearby, scene units: this one, or where it is 0 a share of the scene.
+    ///
+    /// # Errors
+    /// Where there is no scene to take it from.
+    pub(crate) fn nearby(&self, radius: f32, technique: &str) -> Result<f32, SettingsError> {
+        match self.scene {
+            _ if radius > 0.0 => Ok(radius),
+            Some(SceneInputs { bounds: [low, high], .. }) => Ok(NEARBY * Vec3::from(high).distance(low.into())),
+            None => Err(SettingsError(format!(
+                "{technique}.radius = 0 takes its length from the scene and only textures were given: give a radius"
+            ))),
+        }
+    }
+}
+
 /// Which moving object each pixel shows, and where it was.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionInputs {
@@ -74,8 +95,6 @@ pub struct SceneInputs {
     pub environment: bool,
     /// Some material has a texture.
     pub textured: bool,
-    /// Length of the bounding box's diagonal, scene units.
-    pub diagonal: f32,
     /// Lower and upper corner of the bounding box over all frames, world space.
     pub bounds: [[f32; 3]; 2],
     /// Number of triangles.
@@ -94,7 +113,6 @@ impl SceneInputs {
             moving: needs.moving_objects > 0,
             environment: needs.environment,
             textured: needs.textured,
-            diagonal: facts.diagonal,
             bounds: facts.bounds,
             triangles: facts.triangles,
         }

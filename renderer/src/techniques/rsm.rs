@@ -7,6 +7,7 @@ use wgpu::TextureFormat as Format;
 use super::{GBufferNeeds, Inputs, Technique};
 use crate::{
     choice,
+    frame::variant,
     light_views::plan_light_maps,
     parameters,
     parameters::{Settings, SettingsError},
@@ -62,13 +63,17 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     if inputs.scene.is_some() && plan.light_views.is_empty() {
         return Ok(None);
     }
+    let views = plan.light_views.len();
     let level = pyramid(plan, inputs, &[("VOTE", 0.0)], parameters.start_resolution.divisor(), 0).remove(0);
-    // Passes alternate between two textures, because none may read what it writes.
-    let sums =
-        [0, 1].map(|i| plan.texture(format!("sum_{i}"), level.size, Format::Rgba32Float, "light of the views so far"));
+    // Where there are several views, passes alternate between two textures, because none may read what it writes.
+    let mut sum = |i| plan.texture(format!("sum_{i}"), level.size, Format::Rgba32Float, "light of the views so far");
+    let (first, several) = (sum(0), views > 1);
+    let sums = [first, if several { sum(1) } else { first }];
     let mut written = sums[0];
     plan_light_maps(plan, inputs, Rsm::TECHNIQUE, parameters.light_view_size, |plan, maps, index, view| {
-        plan.pass(Part::Technique, format!("rsm_{index}"), "rsm/gather")
+        let further = index > 0;
+        let mut pass = plan
+            .pass(Part::Technique, format!("rsm_{index}"), variant("rsm/gather", &[("further", further)]))
             .constants(&parameters.constants())
             .param("world_to_clip", view.world_to_clip)
             .param("scale", level.scale as f32)
@@ -78,10 +83,12 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
             .bind("surfels", level.surfels)
             .bind("place", maps.place)
             .bind("light", maps.light)
-            .bind("partial_sum", sums[(index + 1) % 2])
             .bind("gathered", sums[index % 2])
-            .because("surfaces around where the light sees the receiver")
-            .over(level.size);
+            .because("surfaces around where the light sees the receiver");
+        if further {
+            pass = pass.bind("partial_sum", sums[(index + 1) % 2]);
+        }
+        pass.over(level.size);
         written = sums[index % 2];
     })?;
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };

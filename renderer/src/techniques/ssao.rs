@@ -2,10 +2,7 @@
 
 use wgpu::TextureFormat as Format;
 
-use super::{
-    GBufferNeeds, Inputs, Technique,
-    hybrid::{NEARBY, radius_or},
-};
+use super::{GBufferNeeds, Inputs, Technique};
 use crate::{
     parameters,
     parameters::{Settings, SettingsError},
@@ -39,7 +36,7 @@ pub const TECHNIQUE: Technique = Technique {
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Ssao::from_settings(settings)?;
-    let radius = radius_or(parameters.radius, NEARBY, inputs, Ssao::TECHNIQUE)?;
+    let radius = inputs.nearby(parameters.radius, Ssao::TECHNIQUE)?;
     let level = pyramid(plan, inputs, &[("VOTE", 0.0)], parameters.start_resolution.divisor(), 0).remove(0);
     let gathered = plan.texture("gathered", level.size, Format::R32Float, "openness at the start resolution");
     plan.pass(Part::Technique, "gather", "ssao/gather")

@@ -3,11 +3,7 @@
 
 use wgpu::TextureFormat as Format;
 
-use super::{
-    GBufferNeeds, Inputs, Technique,
-    hybrid::{NEARBY, radius_or},
-    rsm::Weighting,
-};
+use super::{GBufferNeeds, Inputs, Technique, rsm::Weighting};
 use crate::{
     parameters,
     parameters::{Settings, SettingsError},
@@ -48,7 +44,7 @@ pub const TECHNIQUE: Technique = Technique {
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Ssdo::from_settings(settings)?;
-    let radius = radius_or(parameters.radius, NEARBY, inputs, Ssdo::TECHNIQUE)?;
+    let radius = inputs.nearby(parameters.radius, Ssdo::TECHNIQUE)?;
     let level = pyramid(plan, inputs, &[("VOTE", 0.0)], parameters.start_resolution.divisor(), 0).remove(0);
     let gathered = plan.texture("gathered", level.size, Format::Rgba32Float, "light at the start resolution");
     plan.pass(Part::Technique, "gather", "ssdo/gather")

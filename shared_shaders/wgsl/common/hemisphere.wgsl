@@ -1,6 +1,5 @@
 // Points inside the hemisphere over a surface, as screen-space methods sample it (Ritschel et al. 2009; Mittring 2007).
 import package::common::math::PI;
-import package::common::view::View;
 
 /// Point `i` of `count` inside the unit hemisphere around `normal`, spread evenly over its volume. `random` turns and
 /// shifts the whole set.
@@ -19,10 +18,4 @@ fn hemisphere_point(normal: vec3f, i: u32, count: u32, random: vec2f) -> vec3f {
     let direction = across * (cos(angle) * tangent + sin(angle) * bitangent) + height * normal;
     // The volume within r grows with its cube.
     return direction * pow(stratum, 1.0 / 3.0);
-}
-
-/// Full-resolution pixel, as a number with a fraction, at which a point of view space is seen; it must lie before the eye.
-fn pixel_of(position: vec3f, tan_half_fov: vec2f, display_size: vec2f) -> vec2f {
-    let ndc = position.xy / (tan_half_fov * max(-position.z, 1e-30));
-    return (ndc * vec2f(0.5, -0.5) + 0.5) * display_size;
 }

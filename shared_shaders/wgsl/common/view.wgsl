@@ -31,6 +31,11 @@ fn view_position(uv: vec2f, depth: f32, tan_half_fov: vec2f) -> vec3f {
     return vec3f((uv * 2.0 - 1.0) * vec2f(1.0, -1.0) * tan_half_fov, -1.0) * depth;
 }
 
+/// Where a point of view space stands on the screen, in full-resolution pixels; it must lie before the eye.
+fn pixel_of(position: vec3f, tan_half_fov: vec2f, display_size: vec2f) -> vec2f {
+    return (position.xy / (-position.z * tan_half_fov) * vec2f(0.5, -0.5) + 0.5) * display_size;
+}
+
 /// Stored depth of a pixel that shows no surface.
 const SKY_DEPTH: f32 = 0.0;
 

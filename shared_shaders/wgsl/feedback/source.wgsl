@@ -1,9 +1,9 @@
 // Several bounces by feedback (Therrien et al. 2023, section 4.3): the source of indirect light is direct light and what
 // surfaces reflect of the light that the frame before found. The albedo it is reflected with is bounded below 1, so that
 // even a closed white room converges: to 1 / (1 - bound) times the first bounce at most.
-import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
+import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position, pixel_of};
 import package::temporal::history::{history_depth, history_direction, history_light};
-import package::temporal::previous_view::{PreviousView, pixel_of};
+import package::temporal::previous_view::PreviousView;
 
 struct Params {
     // Largest albedo that light of the frame before is reflected with, under 1.

@@ -4,10 +4,10 @@
 @if(moving) import package::common::scene::{Object, transform_normal};
 @if(!moving) import package::common::scene::transform_normal;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_pixel, surfel_position};
-import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
+import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position, pixel_of};
 import package::hierarchical::same_surface::{same_surface, square_width};
 import package::temporal::history::{history_depth, history_direction, history_frames, history_light, history_object};
-import package::temporal::previous_view::{PreviousView, pixel_of};
+import package::temporal::previous_view::PreviousView;
 
 struct Params {
     // Width of a texel in full-resolution pixels.

@@ -5,7 +5,7 @@ import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};
 import package::common::view::{View, SKY_DEPTH};
-import package::light_views::light_surface::{LightSurface, unpack_light, factor_of};
+import package::light_views::light_surface::LightSurface;
 import package::light_views::transfer::transfer;
 @if(far && visibility) import package::scene_voxels::grid::{Grid, word_index, grid_position};
 @if(far && visibility) import package::scene_voxels::march::{CLEAR, Walk, begin_walk, way_out, next_cube};
@@ -24,11 +24,10 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
-@if(far) @group(0) @binding(4) var<storage, read> virtual_places: array<vec4f>;
-@if(far) @group(0) @binding(5) var<storage, read> virtual_lights: array<vec4u>;
+@if(far) @group(0) @binding(4) var<storage, read> virtual_lights: array<LightSurface>;
 
-@if(far && visibility) @group(0) @binding(6) var<storage, read> grid: Grid;
-@if(far && visibility) @group(0) @binding(7) var<storage, read> cubes: array<u32>;
+@if(far && visibility) @group(0) @binding(5) var<storage, read> grid: Grid;
+@if(far && visibility) @group(0) @binding(6) var<storage, read> cubes: array<u32>;
 
 // Successive lights of which one is picked, by what it would bring, and tested for visibility.
 @if(far && visibility) override SAMPLES_PER_RAY: u32 = 8u;
@@ -44,8 +43,9 @@ override OVER_FRAMES: bool = false;
 // cos and sin of the golden angle (Vogel 1979).
 @if(near) const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
 
-/// Light of nearby sources whose form factors sum to `w`. A hemisphere has no more than 1: what goes beyond is the noise of few
-/// samples that stand for many, and is taken back.
+/// Light of nearby sources whose form factors sum to `w`. A hemisphere has no more than 1: what goes beyond is the noise
+/// of few samples that stand for many, and is taken back.
+@if(near)
 fn within_hemisphere(light: vec4f) -> vec3f {
     return light.rgb / max(light.w, 1.0);
 }
@@ -83,7 +83,7 @@ fn light_from_near(position: vec3f, normal: vec3f, depth: f32, id: vec2u) -> vec
         let n = surfel_normal(words);
         let ray = at / max(d, 1e-30);
         // Equation 2 of Soler et al. 2009.
-        let surface = LightSurface(at, disc * d * d / max(-dot(n, ray), MIN_COS_BETA), n, vec3f(0.0));
+        let surface = LightSurface(at, disc * d * d / max(-dot(n, ray), MIN_COS_BETA), n, 1.0, vec3f(0.0));
         let inside = on_screen && d > SKY_DEPTH && distance(at, position) < params.radius;
         let factor = transfer(position, normal, surface);
         sum += select(vec4f(0.0), vec4f(surfel_radiance(words), 1.0) * factor, inside);
@@ -91,12 +91,16 @@ fn light_from_near(position: vec3f, normal: vec3f, depth: f32, id: vec2u) -> vec
     return within_hemisphere(sum * (area / disc));
 }
 
-/// Whether nothing in the grid stands between two surfaces; places and normals in view space.
+/// Where a ray to or from a surface begins, in cubes; place and normal in view space.
 @if(far && visibility)
-fn sees(position: vec3f, normal: vec3f, source: vec3f, source_normal: vec3f) -> bool {
-    let start = (view.view_to_world * vec4f(position + normal * (CLEAR * grid.width), 1.0)).xyz;
-    let goal = (view.view_to_world * vec4f(source + source_normal * (CLEAR * grid.width), 1.0)).xyz;
-    var walk = begin_walk(grid_position(grid, start), grid_position(grid, goal));
+fn clear_of(position: vec3f, normal: vec3f) -> vec3f {
+    return grid_position(grid, (view.view_to_world * vec4f(position + normal * (CLEAR * grid.width), 1.0)).xyz);
+}
+
+/// Whether nothing in the grid stands between two places, in cubes.
+@if(far && visibility)
+fn sees(start: vec3f, goal: vec3f) -> bool {
+    var walk = begin_walk(start, goal);
     var blocked = false;
     // A segment crosses at most as many borders as there are cubes along the three axes.
     let most = grid.size.x + grid.size.y + grid.size.z;
@@ -117,9 +121,8 @@ fn sees(position: vec3f, normal: vec3f, source: vec3f, source_normal: vec3f) -> 
 /// What a virtual light of the list would bring if nothing stood in between.
 @if(far)
 fn light_from(i: u32, position: vec3f, normal: vec3f) -> vec3f {
-    let words = virtual_lights[i];
-    let surface = unpack_light(virtual_places[i], words);
-    var factor = transfer(position, normal, surface) * factor_of(words);
+    let surface = virtual_lights[i];
+    var factor = transfer(position, normal, surface) * surface.factor;
     @if(near) {
         factor = select(factor, 0.0, distance(surface.position, position) < params.radius);
     }
@@ -130,16 +133,17 @@ fn light_from(i: u32, position: vec3f, normal: vec3f) -> vec3f {
 /// neighbours.
 @if(far)
 fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
-    let random = spread2(id, view.frame, FAR_STREAM, view.seed, OVER_FRAMES).x;
+    let random = spread2(id, view.frame, FAR_STREAM, view.seed, OVER_FRAMES);
     var sum = vec3f(0.0);
-    let first = u32(random * f32(params.stride));
+    let first = u32(random.x * f32(params.stride));
     @if(!visibility) {
         for (var i = first; i < params.virtual_lights; i += params.stride) {
             sum += light_from(i, position, normal);
         }
     }
     @if(visibility) {
-        var choice = spread2(id, view.frame, FAR_STREAM, view.seed, OVER_FRAMES).y;
+        let here = clear_of(position, normal);
+        var choice = random.y;
         for (var start = first; start < params.virtual_lights; start += params.stride * SAMPLES_PER_RAY) {
             // One light of these few stands for them where it is seen (resampled importance sampling, Talbot et al. 2005).
             var strength_of_all = 0.0;
@@ -160,10 +164,8 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
                 }
             }
             if strength_of_all > 0.0 {
-                let place = virtual_places[picked];
-                let words = virtual_lights[picked];
-                let surface = unpack_light(place, words);
-                if sees(position, normal, surface.position, surface.normal) {
+                let surface = virtual_lights[picked];
+                if sees(here, clear_of(surface.position, surface.normal)) {
                     let light = surface.radiance;
                     sum += light * (strength_of_all / max(light.x, max(light.y, light.z)));
                 }

@@ -2,7 +2,7 @@
 // importances (systematic sampling). One workgroup; what a chosen surface sends is divided by how often it is chosen.
 import package::common::math::random3;
 import package::common::view::View;
-import package::light_views::light_surface::with_factor;
+import package::light_views::light_surface::{LightSurface, unpack_light};
 
 struct Params {
     // Surfaces of all light views, and how many to choose.
@@ -15,12 +15,18 @@ struct Params {
 @group(0) @binding(2) var<storage, read> importances: array<f32>;
 @group(0) @binding(3) var<storage, read> places: array<vec4f>;
 @group(0) @binding(4) var<storage, read> lights: array<vec4u>;
-@group(0) @binding(5) var<storage, read_write> virtual_places: array<vec4f>;
-// `pack_light`, with how much more of it there is than one surface.
-@group(0) @binding(6) var<storage, read_write> virtual_lights: array<vec4u>;
+// Unpacked: every receiver reads them.
+@group(0) @binding(5) var<storage, read_write> virtual_lights: array<LightSurface>;
 
 const THREADS: u32 = 256u;
 var<workgroup> sums: array<f32, THREADS>;
+
+/// The surface of this index, standing for `factor` of its like.
+fn standing_for(index: u32, factor: f32) -> LightSurface {
+    var surface = unpack_light(places[index].xyz, lights[index]);
+    surface.factor = factor;
+    return surface;
+}
 
 @compute @workgroup_size(THREADS)
 fn choose(@builtin(local_invocation_index) thread: u32) {
@@ -44,8 +50,7 @@ fn choose(@builtin(local_invocation_index) thread: u32) {
     if !(stride > 0.0) {
         // Nothing is lit.
         for (var k = thread; k < params.chosen; k += THREADS) {
-            virtual_places[k] = vec4f(0.0);
-            virtual_lights[k] = vec4u(0u);
+            virtual_lights[k] = standing_for(0u, 0.0);
         }
         return;
     }
@@ -62,15 +67,13 @@ fn choose(@builtin(local_invocation_index) thread: u32) {
             last = i;
         }
         while k < min(own_end, params.chosen) && (f32(k) + start) * stride < sum && importance > 0.0 {
-            virtual_places[k] = places[i];
-            virtual_lights[k] = with_factor(lights[i], stride / importance);
+            virtual_lights[k] = standing_for(i, stride / importance);
             k++;
         }
     }
     // What rounding left over goes to the last lit surface of this part.
     while k < min(own_end, params.chosen) {
-        virtual_places[k] = select(vec4f(0.0), places[last], own > 0.0);
-        virtual_lights[k] = with_factor(lights[last], select(0.0, stride / importances[last], own > 0.0));
+        virtual_lights[k] = standing_for(last, select(0.0, stride / importances[last], own > 0.0));
         k++;
     }
 }

@@ -1,12 +1,11 @@
-// variants: importance
-// The surfaces of one light view, in the camera's view space, behind those of the views before it. With `importance`,
-// how much each of them would bring to what the camera sees, from a few receivers spread over the screen.
+// The surfaces of one light view, in the camera's view space, behind those of the views before it, and how
+// much each of them would bring to what the camera sees, from a few receivers spread over the screen.
 import package::common::math::random3;
-@if(importance) import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
+import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::View;
-@if(importance) import package::common::view::SKY_DEPTH;
+import package::common::view::SKY_DEPTH;
 import package::light_views::light_surface::{LightSurface, unpack_light, pack_light};
-@if(importance) import package::light_views::transfer::{transfer, nearness};
+import package::light_views::transfer::{transfer, nearness};
 
 struct Params {
     // Place of this view's first surface in the buffers.
@@ -21,8 +20,8 @@ struct Params {
 @group(0) @binding(3) var light: texture_2d<u32>;
 @group(0) @binding(4) var<storage, read_write> places: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> lights: array<vec4u>;
-@if(importance) @group(0) @binding(6) var surfels: texture_2d<u32>;
-@if(importance) @group(0) @binding(7) var<storage, read_write> importances: array<f32>;
+@group(0) @binding(6) var surfels: texture_2d<u32>;
+@group(0) @binding(7) var<storage, read_write> importances: array<f32>;
 
 // Receivers along one side of the screen.
 const RECEIVERS: u32 = 8u;
@@ -36,28 +35,26 @@ fn collect(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let index = params.first + id.y * size.x + id.x;
-    var surface = unpack_light(textureLoad(place, id.xy, 0), textureLoad(light, id.xy, 0));
+    var surface = unpack_light(textureLoad(place, id.xy, 0).xyz, textureLoad(light, id.xy, 0));
     surface.position = (view.world_to_view * vec4f(surface.position, 1.0)).xyz;
     surface.normal = (view.world_to_view * vec4f(surface.normal, 0.0)).xyz;
     let shown = surface.area > 0.0;
-    places[index] = select(vec4f(0.0), vec4f(surface.position, surface.area), shown);
-    lights[index] = select(vec4u(0u), pack_light(surface.normal, surface.radiance), shown);
-    @if(importance) {
-        var sum = 0.0;
-        if shown {
-            let grid = vec2f(textureDimensions(surfels)) / f32(RECEIVERS);
-            for (var i = 0u; i < RECEIVERS * RECEIVERS; i++) {
-                // The same receivers for every surface: they are compared with one another.
-                let jitter = random3(vec2u(i, 0u), view.frame, 2048u, view.seed).xy;
-                let texel = vec2u((vec2f(vec2u(i % RECEIVERS, i / RECEIVERS)) + jitter) * grid);
-                let words = textureLoad(surfels, texel, 0);
-                if surfel_depth(words) > SKY_DEPTH {
-                    let at = surfel_position(words, texel, params.scale, view.display_size, view.tan_half_fov);
-                    sum += transfer(at, surfel_normal(words), surface) + ANY_WAY * nearness(at, surface);
-                }
+    places[index] = vec4f(surface.position, 1.0);
+    lights[index] = select(vec4u(0u), pack_light(surface.area, surface.normal, surface.radiance), shown);
+    var sum = 0.0;
+    if shown {
+        let grid = vec2f(textureDimensions(surfels)) / f32(RECEIVERS);
+        for (var i = 0u; i < RECEIVERS * RECEIVERS; i++) {
+            // The same receivers for every surface: they are compared with one another.
+            let jitter = random3(vec2u(i, 0u), view.frame, 2048u, view.seed).xy;
+            let texel = vec2u((vec2f(vec2u(i % RECEIVERS, i / RECEIVERS)) + jitter) * grid);
+            let words = textureLoad(surfels, texel, 0);
+            if surfel_depth(words) > SKY_DEPTH {
+                let at = surfel_position(words, texel, params.scale, view.display_size, view.tan_half_fov);
+                sum += transfer(at, surfel_normal(words), surface) + ANY_WAY * nearness(at, surface);
             }
-            sum *= max(surface.radiance.x, max(surface.radiance.y, surface.radiance.z));
         }
-        importances[index] = sum;
+        sum *= max(surface.radiance.x, max(surface.radiance.y, surface.radiance.z));
     }
+    importances[index] = sum;
 }

@@ -33,7 +33,7 @@ struct Varyings {
 }
 
 struct Targets {
-    // World position, area.
+    // World position.
     @location(0) place: vec4f,
     // `pack_light`.
     @location(1) light: vec4u,
@@ -91,5 +91,5 @@ fn fragment(in: Varyings) -> Targets {
         across *= in.depth * in.depth * in.depth / max(incidence.distance, 1e-30);
     }
     let area = across / max(cosine, MIN_COS_BETA);
-    return Targets(vec4f(in.position, area), pack_light(normal, irradiance * albedo / PI));
+    return Targets(vec4f(in.position, 1.0), pack_light(area, normal, irradiance * albedo / PI));
 }

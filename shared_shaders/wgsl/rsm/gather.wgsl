@@ -1,5 +1,7 @@
+// variants: further
 // Indirect light from one reflective shadow map (Dachsbacher & Stamminger 2005, section 3.3): texels around the place
-// where the light's view shows the receiver, many nearby and few far away. Adds to what the views before it brought.
+// where the light's view shows the receiver, many nearby and few far away. With `further`, added to
+// what the views before it brought.
 import package::common::math::{PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
@@ -23,7 +25,7 @@ struct Params {
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var place: texture_2d<f32>;
 @group(0) @binding(4) var light: texture_2d<u32>;
-@group(0) @binding(5) var partial_sum: texture_2d<f32>;
+@if(further) @group(0) @binding(5) var partial_sum: texture_2d<f32>;
 @group(0) @binding(6) var gathered: texture_storage_2d<rgba32float, write>;
 
 override SAMPLES: u32 = 64u;
@@ -40,9 +42,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     let own = textureLoad(surfels, id.xy, 0);
     var sum = vec3f(0.0);
-    if params.index > 0u {
-        sum = textureLoad(partial_sum, id.xy, 0).rgb;
-    }
+    @if(further) { sum = textureLoad(partial_sum, id.xy, 0).rgb; }
     let in_view = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
     let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
     let clip = params.world_to_clip * vec4f(position, 1.0);
@@ -59,7 +59,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             let texel = centre + reach * share * vec2f(cos(angle), sin(angle));
             let inside = all(texel >= vec2f(0.0)) && all(texel < size);
             let at = select(vec2i(0), vec2i(floor(texel)), inside);
-            let surface = unpack_light(textureLoad(place, at, 0), textureLoad(light, at, 0));
+            let surface = unpack_light(textureLoad(place, at, 0).xyz, textureLoad(light, at, 0));
             var factor = 0.0;
             if RADIOMETRIC {
                 // Samples thin out with their distance: one stands for 2 pi reach^2 share / SAMPLES texels.

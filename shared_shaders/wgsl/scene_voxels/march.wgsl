@@ -1,5 +1,4 @@
 // A segment through the grid of cubes, cube by cube (Amanatides & Woo 1987).
-import package::scene_voxels::grid::{Grid, word_index, grid_position};
 
 // Ends stand clear of their own surface's cubes: a plane through a cube's corner leaves the cube by less than its
 // diagonal, 1.73 widths.

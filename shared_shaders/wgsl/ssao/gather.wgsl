@@ -1,9 +1,9 @@
 // Screen-space ambient occlusion (Mittring 2007), over the hemisphere: the share of points that are in front of what is
 // seen where they project.
-import package::common::hemisphere::{hemisphere_point, pixel_of};
+import package::common::hemisphere::hemisphere_point;
 import package::common::math::spread2;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
-import package::common::view::{View, SKY_DEPTH};
+import package::common::view::{View, SKY_DEPTH, pixel_of};
 
 struct Params {
     // Width of a texel in full-resolution pixels.

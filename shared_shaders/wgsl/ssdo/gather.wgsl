@@ -1,9 +1,9 @@
 // Screen-space directional occlusion, its indirect light (Ritschel et al. 2009, section 3.2): points inside a hemisphere
 // are projected to the screen; those behind what is seen there are hidden by a surface that sends light.
-import package::common::hemisphere::{hemisphere_point, pixel_of};
+import package::common::hemisphere::hemisphere_point;
 import package::common::math::{PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};
-import package::common::view::{View, SKY_DEPTH};
+import package::common::view::{View, SKY_DEPTH, pixel_of};
 import package::light_views::light_surface::LightSurface;
 import package::light_views::transfer::transfer;
 
@@ -52,7 +52,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             let hidden = on_screen && depth > SKY_DEPTH && depth < -point.z && distance(sender, position) < params.radius;
             var factor = 0.0;
             if RADIOMETRIC {
-                factor = transfer(position, normal, LightSurface(sender, area, surfel_normal(words), vec3f(0.0)));
+                factor = transfer(position, normal, LightSurface(sender, area, surfel_normal(words), 1.0, vec3f(0.0)));
             } else {
                 let toward = sender - position;
                 let square = max(dot(toward, toward), 1e-12 * params.radius * params.radius);

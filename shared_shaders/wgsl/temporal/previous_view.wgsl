@@ -9,8 +9,3 @@ struct PreviousView {
     // Frames since anything changed: camera, scene, light or settings.
     still_frames: u32,
 }
-
-/// Where a point of view space stands on the screen, in full-resolution pixels.
-fn pixel_of(position: vec3f, tan_half_fov: vec2f, display_size: vec2f) -> vec2f {
-    return (position.xy / (-position.z * tan_half_fov) * vec2f(0.5, -0.5) + 0.5) * display_size;
-}

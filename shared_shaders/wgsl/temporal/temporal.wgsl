@@ -10,7 +10,7 @@
 //
 // With `glossy` the light is what mirror lobes send to the eye. When the eye, the surface or what it mirrors moves, it
 // changes the faster the narrower the lobe is, so fewer frames are averaged (the paper's discussion, section 5.3).
-import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
+import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position, pixel_of};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 @if(glossy) import package::common::scene::Material;
 @if(moving) import package::common::scene::{Object, transform_normal};
@@ -18,7 +18,7 @@ import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::temporal::history::{
     History, MOST_FRAMES, pack_history, history_depth, history_direction, history_frames, history_light, history_object,
 };
-import package::temporal::previous_view::{PreviousView, pixel_of};
+import package::temporal::previous_view::PreviousView;
 
 struct Params {
     // The parameter a: share of the history, 0..1.

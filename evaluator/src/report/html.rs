@@ -79,14 +79,22 @@ fn contents(parts: &[Part]) -> String {
     format!("<nav>{}</nav>", parts.iter().enumerate().map(link).collect::<String>())
 }
 
+/// Longest list of shared settings that stands open, bytes of HTML: four lines or so.
+const SETTINGS_SHOWN: usize = 600;
+
 fn section(index: usize, part: &Part) -> String {
     let row = part.group.first();
     let badge = if row.software_adapter { " <span class=\"badge\">software</span>" } else { "" };
+    let settings = format!("<p class=\"settings\">{}</p>", escape(&part.settings()));
+    // With many techniques they fill half a page, which nobody reads before the plot.
+    let settings = match settings.len() {
+        0..=SETTINGS_SHOWN => settings,
+        _ => format!("<details><summary>Settings that all rows share</summary>{settings}</details>"),
+    };
     let mut html = format!(
-        "<section class=\"group\" id=\"group-{index}\" data-group=\"{index}\"><h2>{}</h2><p class=\"settings\">{}</p>\
+        "<section class=\"group\" id=\"group-{index}\" data-group=\"{index}\"><h2>{}</h2>{settings}\
          <p class=\"settings\">{} · {}{badge}</p>",
         escape(&part.group.title()),
-        escape(&part.settings()),
         escape(&row.adapter),
         escape(&row.backend)
     );

@@ -162,6 +162,11 @@ fn holds_floats(plan: &FramePlan, id: ResourceId) -> bool {
     })
 }
 
+/// The largest number that a texture of this format is given: values at it were clamped.
+pub fn largest_number(format: Format) -> f32 {
+    how(format).map_or(LARGEST_RADIANCE, |(_, _, limit)| limit) as f32
+}
+
 fn record_target(gpu: &Gpu, pass: &mut wgpu::ComputePass, target: &Target, tallies: &wgpu::Buffer, offset: u64) {
     let (name, constants, workgroups) = match *target {
         Target::Layer { texture, shader, channels, limit, .. } => (

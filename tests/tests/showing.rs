@@ -14,7 +14,7 @@ use halflight_tests::{bundled, device, known};
 use wgpu::{TextureFormat as Format, TextureUsages, util::DeviceExt};
 
 /// What the shader that shows a picture makes of this radiance.
-fn shown(pixels: &[Rgb], exposure: f32) -> Vec<[u8; 4]> {
+fn shown(pixels: &[Rgb], exposure: f32, limit: f32) -> Vec<[u8; 4]> {
     let gpu = &device().gpu;
     let size = [pixels.len() as u32, 1];
     let mut plan = FramePlan::new(size);
@@ -26,6 +26,7 @@ fn shown(pixels: &[Rgb], exposure: f32) -> Vec<[u8; 4]> {
         .param("divisor", 1)
         .param("exposure", exposure)
         .param("range", 1.0)
+        .param("limit", limit)
         .bind("image", image)
         .bind("display", display)
         .over(size);
@@ -55,13 +56,33 @@ fn the_screen_shows_what_png_files_show() {
     pixels.extend(values.map(|v| [0.3, v, 0.0]));
     pixels.push([-1.0, 0.5, 0.0]);
     for exposure in [0.01, 1.0, 7.5] {
-        for (pixel, got) in pixels.iter().zip(shown(&pixels, exposure)) {
+        for (pixel, got) in pixels.iter().zip(shown(&pixels, exposure, f32::MAX)) {
             let wanted = tone_map(*pixel, exposure).map(|v| (v * 255.0).round());
             for (wanted, got) in wanted.iter().zip(got) {
                 // One step: the device rounds its powers and its last step in its own way.
                 assert!((wanted - f32::from(got)).abs() <= 1.0, "{pixel:?} at {exposure}: {wanted} and {got}");
             }
         }
+    }
+}
+
+#[test]
+fn what_is_not_sound_has_a_colour_of_its_own() {
+    let (magenta, cyan, black) = ([255, 0, 255, 255], [0, 255, 255, 255], [0, 0, 0, 255]);
+    let pixels = [
+        ([f32::NAN, 0.0, 0.0], magenta),
+        ([0.0, -f32::NAN, 0.0], magenta),
+        ([0.0, 0.0, f32::INFINITY], magenta),
+        ([f32::NEG_INFINITY, 65504.0, 0.0], magenta),
+        ([65504.0, 0.0, 0.0], cyan),
+        ([0.0, 1e30, 0.0], cyan),
+        // A normal may have any sign, and the number below the largest one was not clamped.
+        ([-65504.0, 0.0, 0.0], black),
+        ([0.0; 3], black),
+        ([0.0, f32::from_bits(65504f32.to_bits() - 1), 0.0], [0, 255, 0, 255]),
+    ];
+    for ((pixel, wanted), got) in pixels.iter().zip(shown(&pixels.map(|(pixel, _)| pixel), 1.0, 65504.0)) {
+        assert_eq!(*wanted, got, "{pixel:?}");
     }
 }
 

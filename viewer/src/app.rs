@@ -19,7 +19,7 @@ use crate::{
     benchmark,
     plot::{Trade, Tried},
     readback::TextureReading,
-    report::{PassReport, Report, SideReport},
+    report::{PassReport, Report, ScannedReport, SideReport},
     show::Look,
     stage::{Moment, Progress, Side, Stage},
     state::{LightChange, State},
@@ -151,6 +151,8 @@ pub struct Viewer {
     benchmark: bool,
     ready: bool,
     settled: bool,
+    /// Sides whose scan somebody looks at.
+    checking: [bool; 2],
     screen: egui::Vec2,
 }
 
@@ -225,6 +227,7 @@ impl Viewer {
             benchmark,
             ready: false,
             settled: false,
+            checking: [false; 2],
             screen: egui::Vec2::ZERO,
         })
     }
@@ -272,6 +275,7 @@ impl Viewer {
             method: side.method.note().to_owned(),
             rel_mse: side.rel_mse,
             drawn: side.is_drawn() && side.picture().is_some(),
+            scanned: side.scanned().map(|found| found.iter().map(ScannedReport::of).collect()),
         };
         let place = |rect: &Rect| [rect.left(), rect.top(), rect.width(), rect.height()];
         let known = self.background.known.as_ref();
@@ -382,6 +386,11 @@ impl Viewer {
             }
         }
         busy |= self.judge();
+        for (side, open) in self.sides.iter_mut().zip(self.checking) {
+            if let Some(side) = side.as_mut().filter(|side| open && side.is_settled() && !side.is_measuring()) {
+                busy |= side.scan(&self.gpu);
+            }
+        }
         self.stage = Some(stage);
         // What is ready now is painted in the next pass.
         let ready = drawn && self.exposure_reading.is_none() && self.playing.is_none();
@@ -512,6 +521,7 @@ fn turned(light: &halflight_scenes::Light, angle: f32, centre: glam::Vec3) -> Li
 impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         self.marks.0.clear();
+        self.checking = [false; 2];
         self.screen = ui.max_rect().size();
         let ctx = ui.ctx().clone();
         self.receive(&ctx);

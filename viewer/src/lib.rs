@@ -9,6 +9,7 @@ mod app;
 mod background;
 mod benchmark;
 mod camera;
+mod check;
 mod command;
 mod numbers;
 mod panels;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use halflight_renderer::scan::Scanned;
 use serde::Serialize;
 
 /// A measured pass.
@@ -30,6 +31,36 @@ pub struct SideReport {
     pub rel_mse: Option<f64>,
     /// Whether its last frame is on the screen.
     pub drawn: bool,
+    /// What the scan of its last frame found; none where it was not asked for.
+    pub scanned: Option<Vec<ScannedReport>>,
+}
+
+/// What a texture or buffer held.
+#[derive(Serialize)]
+pub struct ScannedReport {
+    /// Its name.
+    pub name: String,
+    /// Values that were looked at.
+    pub values: u64,
+    /// Values that are not finite.
+    pub not_finite: u64,
+    /// Values at the largest number of their format.
+    pub clamped: u32,
+    /// Largest magnitude of the finite ones.
+    pub largest: f32,
+}
+
+impl ScannedReport {
+    /// Of a line of the scan.
+    pub fn of(found: &Scanned) -> Self {
+        Self {
+            name: found.name.clone(),
+            values: found.values,
+            not_finite: found.not_finite(),
+            clamped: found.clamped,
+            largest: found.largest,
+        }
+    }
 }
 
 /// The application as it stands.

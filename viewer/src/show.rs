@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use halflight_renderer::{
     Externals, Gpu, Recording,
     plan::{FramePlan, Part, ResourceKind},
+    scan::largest_number,
 };
 use wgpu::TextureFormat as Format;
 
@@ -130,13 +131,16 @@ pub fn show(gpu: &Gpu, frame: &Recording, view: &View, look: Look, truth: Option
     };
     let divisor = size[0].div_ceil(texture.width()).max(1);
     textures.insert("image", texture.clone());
-    plan.pass(Part::Technique, "show", shader(name, texture.format())?)
+    let shader = shader(name, texture.format())?;
+    let mut pass = plan
+        .pass(Part::Technique, "show", shader)
         .param("content", content as u32)
         .param("divisor", divisor)
         .param("exposure", look.exposure)
-        .param("range", look.range)
-        .bind("image", image)
-        .bind("display", display)
-        .over(size);
+        .param("range", look.range);
+    if shader == "viewer/show" {
+        pass = pass.param("limit", largest_number(texture.format()));
+    }
+    pass.bind("image", image).bind("display", display).over(size);
     Some(Recording::new(gpu, plan, &Externals { scene: None, textures }))
 }

@@ -7,10 +7,12 @@ use halflight_renderer::{
     parameters::SettingsError,
     plan::{FramePlan, Part, ResourceKind},
     plan_frame,
+    scan::Scanned,
 };
 use halflight_scenes::{Camera, Light, Scene};
 
 use crate::{
+    check::Check,
     readback::{Reading, TextureReading},
     show::{Look, TruthTextures, show},
     state::{Configuration, View},
@@ -117,6 +119,7 @@ pub struct Side {
     pub judged: u64,
     /// Wall time of the last whole frame, milliseconds.
     pub frame_ms: Option<f64>,
+    check: Check,
 }
 
 /// What `Side::draw` did.
@@ -181,6 +184,7 @@ impl Side {
             rel_mse: None,
             judged: 0,
             frame_ms: None,
+            check: Check::default(),
         })
     }
 
@@ -202,6 +206,7 @@ impl Side {
         }
         self.round = None;
         (self.moment, self.drawn) = (None, false);
+        self.check = Check::default();
         if self.recording.update(gpu, &new) {
             return Ok(true);
         }
@@ -282,6 +287,7 @@ impl Side {
         self.unfiltered = self.unfiltered.saturating_sub(1);
         self.moment = Some(moment);
         (self.light, self.indirect, self.rel_mse, self.judged) = (None, None, None, 0);
+        self.check = Check::default();
         let mut seen = Seen::new(&moment.camera, self.recording.plan().display_size, stage.facts.near);
         (seen.frame, seen.seed) = (moment.frame, moment.seed);
         if let Some(motion) = SceneMotion::new(&stage.scene, &stage.buffers) {
@@ -365,6 +371,16 @@ impl Side {
                 self.light = Some(vec![[0.0; 3]; width as usize * height as usize]);
             }
         }
+    }
+
+    /// Scans what the last frame wrote, once for each change; true while the device works on it.
+    pub fn scan(&mut self, gpu: &Gpu) -> bool {
+        self.check.step(gpu, &self.recording)
+    }
+
+    /// What the scan found, once it is known.
+    pub fn scanned(&self) -> Option<&[Scanned]> {
+        self.check.found()
     }
 
     /// The plan that is drawn.

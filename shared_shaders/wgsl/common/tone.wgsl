@@ -1,5 +1,6 @@
 // From linear radiance to display values, and small helpers of the shaders that show a texture. Twin of
 // `renderer/src/tone.rs`, where the curve is explained; a test compares the two.
+import package::scan::tally::kinds;
 
 /// Display-linear value up to which the picture is exactly proportional to radiance.
 const SHOULDER_START: f32 = 0.8;
@@ -43,4 +44,16 @@ fn shown(content: u32, value: vec3f, exposure: f32, range: f32) -> vec3f {
             return tone_map(value, exposure);
         }
     }
+}
+
+/// Colours of what should not be there, which no curve above gives to a whole surface by chance.
+const NOT_FINITE_COLOUR: vec3f = vec3f(1.0, 0.0, 1.0);
+const CLAMPED_COLOUR: vec3f = vec3f(0.0, 1.0, 1.0);
+
+/// The colour of a value, or the one that says that it is NaN, infinite or at `limit`, the largest number of its format.
+fn marked(colour: vec3f, value: vec3f, limit: f32) -> vec3f {
+    let bits = bitcast<vec3u>(value);
+    let found = kinds(bits.x, limit) + kinds(bits.y, limit) + kinds(bits.z, limit);
+    let finite = select(colour, CLAMPED_COLOUR, found.w > 0u);
+    return select(finite, NOT_FINITE_COLOUR, found.x + found.y > 0u);
 }

@@ -1,5 +1,5 @@
 // Shows a texture of a frame: tone-mapped radiance, normals, depth or reflectance, of any level.
-import package::common::tone::shown;
+import package::common::tone::{marked, shown};
 
 struct Params {
     // Twin of `CONTENT_...`.
@@ -9,6 +9,8 @@ struct Params {
     exposure: f32,
     // Depth that shows as middle grey, scene units.
     range: f32,
+    // The largest number that the image's format is given.
+    limit: f32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -19,6 +21,7 @@ struct Params {
 fn show(@builtin(global_invocation_id) id: vec3u) {
     if all(id.xy < textureDimensions(display)) {
         let value = textureLoad(image, id.xy / params.divisor, 0).rgb;
-        textureStore(display, id.xy, vec4f(shown(params.content, value, params.exposure, params.range), 1.0));
+        let colour = shown(params.content, value, params.exposure, params.range);
+        textureStore(display, id.xy, vec4f(marked(colour, value, params.limit), 1.0));
     }
 }

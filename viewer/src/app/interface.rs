@@ -6,7 +6,7 @@ use web_time::Instant;
 
 use super::Viewer;
 use crate::{
-    address, benchmark, command, numbers, panels,
+    address, benchmark, check, command, numbers, panels,
     picture::{Shown, picture},
     show::{ERROR_COLOURS, ERROR_FULL_SCALE, showable},
     state::{DROPPED, OUTPUTS, SIZES, View},
@@ -291,11 +291,18 @@ impl Viewer {
             for (index, name) in ["A", "B"].into_iter().enumerate() {
                 let Some(side) = &self.sides[index] else { continue };
                 let of = if self.state.compare { format!(" of {name}") } else { String::new() };
+                let checking = &mut self.checking[index];
                 ui.push_id(name, |ui| {
                     section(ui, &format!("Times{of}"), index == 0, |ui| numbers::times(ui, side));
                     section(ui, &format!("Plan{of}"), false, |ui| numbers::plan(ui, side.plan()));
                     let scene = self.stage.as_ref().map_or(0, |stage| stage.buffers.bytes());
                     section(ui, &format!("Memory{of}"), false, |ui| numbers::memory(ui, side.plan(), scene));
+                    // Nothing is scanned while nobody looks.
+                    let check = section(ui, &format!("Check{of}"), false, |ui| {
+                        *checking = true;
+                        check::table(ui, side.scanned());
+                    });
+                    self.marks.add(&format!("{}.check", name.to_lowercase()), check);
                 });
             }
             if let Some(stage) = &self.stage {
@@ -391,9 +398,9 @@ impl Viewer {
     }
 }
 
-/// A part of the controls that folds.
-fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
-    CollapsingHeader::new(RichText::new(title).strong()).default_open(open).show(ui, contents);
+/// A part of the controls that folds; where its title is.
+fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) -> egui::Rect {
+    CollapsingHeader::new(RichText::new(title).strong()).default_open(open).show(ui, contents).header_response.rect
 }
 
 /// The colours of the error map, with their values.

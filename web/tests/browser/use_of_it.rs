@@ -173,3 +173,21 @@ fn small_screens_and_zoom() {
         page.screenshot(&target(), name);
     }
 }
+
+#[test]
+fn what_a_frame_wrote_is_scanned_when_somebody_looks() {
+    let _alone = alone();
+    // So tall that all parts of the controls are on it.
+    let mut page = crate::chromium::Page::open([1180, 1500], 1.0);
+    page.go(&format!("{}#scene=cornell&size=160x90&truth=off&a=ssdo", demo()));
+    // The list of times grows once, and what is below it moves.
+    let report = page.wait("times", |r| settled(r) && r["sides"][0]["technique_ms"].is_number());
+    assert!(report["sides"][0]["scanned"].is_null(), "scanned without need");
+    page.click(centre(&report, "a.check"));
+    let report = page.wait("a scan", |r| r["sides"][0]["scanned"].is_array());
+    page.screenshot(&target(), "check");
+    let found = report["sides"][0]["scanned"].as_array().unwrap();
+    let named = |name: &str| found.iter().find(|line| line["name"] == name).unwrap_or_else(|| panic!("no {name}"));
+    assert!(named("indirect")["largest"].as_f64().unwrap() > 0.0 && named("depth")["values"] == 160 * 90);
+    assert!(found.iter().all(|line| line["not_finite"] == 0 && line["clamped"] == 0), "{found:?}");
+}

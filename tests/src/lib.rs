@@ -1,9 +1,7 @@
 //! What the workspace-level tests share: one device for each test binary, scenes small enough to
 //! reason about, and double-precision twins of what the shaders compute.
 
-pub mod bitmask;
-
-pub use halflight_evaluator::stability::{oracle, scenes, voxels};
+pub use halflight_evaluator::stability::{oracle, scenes, sectors as bitmask, voxels};
 
 use std::{
     path::{Path, PathBuf},

@@ -31,6 +31,7 @@ mod output;
 mod precision;
 pub mod random;
 pub mod scenes;
+pub mod sectors;
 pub mod switches;
 pub mod voxels;
 

@@ -16,6 +16,7 @@ use super::{
     extremes::bundled,
     oracle::{GBuffer, GatherTwin},
     parameter, scenes,
+    sectors::Gather,
     voxels::{Grid, answered, answers, surfels_of},
     with_small_shadows,
 };
@@ -32,6 +33,7 @@ pub(super) fn run(suite: &mut Suite) {
     gather(suite);
     surfels(suite);
     march(suite);
+    sectors(suite);
     storage(suite);
 }
 
@@ -238,6 +240,75 @@ fn march(suite: &mut Suite) {
             let reason = "a bit is set or not; rays that pass a border within the rounding of float32 are left out";
             let check = check.clone().bounded("rays with another answer", wrong as f64, 0.0, reason);
             Ok(vec![check.detail(format!("of {asked} rays, {hidden} hidden, {ties} left out"))])
+        });
+    }
+}
+
+/// Slices, strides and sectors of the bitmask against their twin: both estimators, both spacings, both resolutions and
+/// each number of sectors.
+fn sectors(suite: &mut Suite) {
+    let row = "sectors of the bitmask against float64";
+    if !asked(suite, "bitmask", row) {
+        return;
+    }
+    let scene = scenes::court();
+    let session = Session::new(suite.native, &scene);
+    let all = [
+        ("radiometric", "exponential", "full", 0.0, 32),
+        ("radiometric", "constant", "half", 1.2, 128),
+        ("published", "constant", "full", 0.0, 64),
+        ("published", "exponential", "half", 1.2, 32),
+    ];
+    for (estimator, spacing, resolution, radius, count) in all.into_iter().take(if suite.options.quick { 2 } else { 4 })
+    {
+        let (radius_text, sectors) = (radius.to_string(), count.to_string());
+        let values = [
+            ("estimator", estimator),
+            ("spacing", spacing),
+            ("resolution", resolution),
+            ("radius", &radius_text),
+            ("sectors", &sectors),
+            ("slices", "2"),
+            ("steps", "6"),
+            ("thickness", "0.3"),
+            ("thickness_slope", "0"),
+            ("denoise", "0"),
+            ("storage", "float32"),
+        ];
+        let settings = settings("bitmask", &values);
+        let check = Check::new(GROUP, row, "bitmask", &settings);
+        suite.guarded(check, |check| {
+            let frames = frame(&session, "bitmask", &settings, [48, 36])?;
+            let scale = if resolution == "half" { 2 } else { 1 };
+            let image = GBuffer::read_surfels(&frames, scale);
+            let twin = Gather {
+                radiometric: estimator == "radiometric",
+                radius: if radius > 0.0 { radius } else { 1e15 },
+                thickness: 0.3,
+                slices: 2,
+                steps: 6,
+                exponential: spacing == "exponential",
+                sectors: count,
+                frame: frames.view().frame,
+                seed: frames.view().seed,
+            };
+            let bytes = frames.read_bytes("gathered")?.unwrap_or_default();
+            let texels: &[[f32; 4]] = bytemuck::cast_slice(&bytes);
+            let mut errors = Vec::new();
+            for (index, found) in texels.iter().enumerate().filter(|(index, _)| image.pixels[*index].depth > 0.0) {
+                let exact = twin.gather(&image, index, scale);
+                let [light, open] = [f64::from(found[0]), f64::from(found[3])];
+                errors.push((exact.light.x - light).abs().max((exact.open - open).abs()));
+            }
+            let reason = "angles of float32; three receivers of a hundred may have a sample that rounds into another \
+                          texel, or a place on the border of two sectors";
+            let worst = percentile(&mut errors, 0.97);
+            Ok(vec![
+                check
+                    .clone()
+                    .bounded("97th percentile of the error of light and openness", worst, 2e-3, reason)
+                    .detail(format!("{} receivers; median {:.1e}", errors.len(), percentile(&mut errors, 0.5))),
+            ])
         });
     }
 }

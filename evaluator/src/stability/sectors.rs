@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec2, DVec3};
 
-use crate::oracle::{GBuffer, Pixel};
+use super::oracle::{GBuffer, Pixel};
 
 /// Settings of the gather, as the technique has them.
 #[derive(Clone, Copy, Debug)]
@@ -199,7 +199,8 @@ impl Gather {
             let weight = if self.radiometric {
                 f64::from(u8::from(faces))
             } else {
-                let toward = source.position - receiver.position;
+                // The plane's place at the texel's middle: planes keep no other.
+                let toward = middle_of / own_inverse - receiver.position;
                 let cosines = receiver.normal.dot(toward).max(0.0) * -source.normal.dot(toward).min(0.0);
                 cosines / toward.length_squared().max(1e-30)
             };

@@ -13,7 +13,7 @@ use crate::{
     session::{Frames, Request, Session},
 };
 
-const GROUP: &str = "closed forms";
+pub(super) const GROUP: &str = "closed forms";
 
 /// What float16 may change of a unit normal's length: a driver may cut off what it cannot hold, 2^-11 of each
 /// coordinate, which add up to sqrt(3) times that.

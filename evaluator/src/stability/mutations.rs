@@ -2,7 +2,7 @@
 //! under a bug does not test for it.
 
 use halflight_native::{AdapterChoice, NativeGpu};
-use halflight_shared_shaders::SHADERS;
+use halflight_shared_shaders::{SHADERS, Shader};
 use serde::Serialize;
 
 use super::{Options, Suite};
@@ -23,6 +23,23 @@ pub struct Mutation {
     pub rows: &'static [&'static str],
     /// What on some adapters hides the bug, so that no row can see it there.
     pub hidden_by: Option<&'static str>,
+}
+
+impl Mutation {
+    /// The shaders that have the bug, each with its text.
+    ///
+    /// # Errors
+    /// Where an edit finds nothing to edit.
+    fn edited(&self) -> Result<Vec<(&'static Shader, String)>, Error> {
+        if let Some((from, _)) = self.edits.iter().find(|(from, _)| !SHADERS.iter().any(|s| s.source.contains(from))) {
+            return Err(Error::Failed(format!("\"{}\": no shader holds `{from}`; write the edit anew", self.name)));
+        }
+        let edit = |shader: &Shader| {
+            self.edits.iter().fold(shader.source.to_owned(), |source, (from, to)| source.replace(from, to))
+        };
+        let all = SHADERS.iter().map(|shader| (shader, edit(shader)));
+        Ok(all.filter(|(shader, source)| source != shader.source).collect())
+    }
 }
 
 /// Bugs that renderers have had.
@@ -94,7 +111,7 @@ pub const MUTATIONS: &[Mutation] = &[
     },
     Mutation {
         name: "upsampling gives zero where all weights vanish",
-        edits: &[("var result = select(sum.closest,", "var result = select(vec3f(0.0),")],
+        edits: &[("var result = select(sum.closest.rgb,", "var result = select(vec3f(0.0),")],
         rows: &["no surface in view is without light"],
         hidden_by: None,
     },
@@ -167,6 +184,30 @@ pub const MUTATIONS: &[Mutation] = &[
         hidden_by: None,
     },
     Mutation {
+        name: "sectors of the bitmask are rounded down",
+        edits: &[("i32(min(a, b) + rounding)", "i32(min(a, b))"), ("i32(max(a, b) + rounding)", "i32(max(a, b))")],
+        rows: &["sectors of the bitmask"],
+        hidden_by: None,
+    },
+    Mutation {
+        name: "all slices of the bitmask weigh the same",
+        edits: &[("slice.weight * (slice.cos_angle", "1.0 * (slice.cos_angle")],
+        rows: &["sectors of the bitmask"],
+        hidden_by: None,
+    },
+    Mutation {
+        name: "chosen virtual lights do not say how many they stand for",
+        edits: &[("standing_for(i, stride / importance)", "standing_for(i, 1.0)")],
+        rows: &["absolute units"],
+        hidden_by: None,
+    },
+    Mutation {
+        name: "the lights between every n-th one are forgotten",
+        edits: &[("return sum * f32(params.stride);", "return sum;")],
+        rows: &["absolute units"],
+        hidden_by: None,
+    },
+    Mutation {
         name: "every pixel draws the same random numbers",
         edits: &[("vec3f(word >> vec3u(8u))", "0.0 * vec3f(word >> vec3u(8u))")],
         rows: &["gather against float64"],
@@ -206,24 +247,10 @@ pub fn run(adapter: &AdapterChoice, wanted: impl Fn(&Mutation) -> bool, quick: b
     let mut all = Vec::new();
     for mutation in MUTATIONS.iter().filter(|mutation| wanted(mutation)) {
         let native = NativeGpu::open(adapter).map_err(|e| Error::BadInput(e.to_string()))?;
-        let mut shaders = 0;
-        let mut found = vec![false; mutation.edits.len()];
-        for shader in SHADERS {
-            let mut source = shader.source.to_owned();
-            for (index, (from, to)) in mutation.edits.iter().enumerate() {
-                if source.contains(from) {
-                    found[index] = true;
-                    source = source.replace(from, to);
-                }
-            }
-            if source != shader.source {
-                native.gpu.replace_source(shader, source);
-                shaders += 1;
-            }
-        }
-        if let Some(index) = found.iter().position(|found| !found) {
-            let from = mutation.edits[index].0;
-            return Err(Error::Failed(format!("\"{}\": no shader holds `{from}`; write the edit anew", mutation.name)));
+        let edited = mutation.edited()?;
+        let shaders = edited.len();
+        for (shader, source) in edited {
+            native.gpu.replace_source(shader, source);
         }
         let rows = mutation.rows.iter().map(|row| (*row).to_owned()).collect();
         let table = Suite::run(&native, &Options { techniques: Vec::new(), quick, rows })?;
@@ -283,5 +310,18 @@ pub fn table(all: &[Caught]) -> Printed {
         caption: "Each bug is an edit of the shaders' text; the suite is run with it, on a device of its own.".into(),
         columns: ["bug", "result", "red checks", "the clearest of them"].map(Column::text).into(),
         rows: all.iter().map(row).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::MUTATIONS;
+
+    #[test]
+    fn every_bug_finds_the_text_that_it_edits() {
+        for mutation in MUTATIONS {
+            let edited = mutation.edited().unwrap_or_else(|error| panic!("{error}"));
+            assert!(!edited.is_empty(), "{} changes nothing", mutation.name);
+        }
     }
 }

@@ -171,6 +171,15 @@ fn configuration() -> impl Strategy<Value = Configuration> {
         })
 }
 
+/// A number of this range at a place from 0 to 1. Where it spans magnitudes, as lengths of scenes of any size do, each
+/// magnitude has the same share.
+fn within(low: f64, high: f64, place: f64) -> f64 {
+    let least = low.max(1e-3);
+    let number =
+        if low >= 0.0 && high > 1e3 * least { least * (high / least).powf(place) } else { low + place * (high - low) };
+    number.clamp(low, high)
+}
+
 impl Configuration {
     /// The technique that runs.
     pub fn technique(&self) -> &'static Technique {
@@ -187,7 +196,7 @@ impl Configuration {
                 values[((place * values.len() as f64) as usize).min(values.len() - 1)].clone()
             };
             let value = match (parameter.kind, parameter.role) {
-                (Kind::Float(low, high), Role::Uniform | Role::Plan) => Value::Float(low + place * (high - low)),
+                (Kind::Float(low, high), Role::Uniform | Role::Plan) => Value::Float(within(low, high, place)),
                 _ => few(),
             };
             Some((parameter.key(), value))

@@ -32,9 +32,9 @@ fn to_planes(@builtin(global_invocation_id) id: vec3u) {
         // Of all points x on the plane dot(n, x) = dot(n, p), and x = ray depth.
         let slope = min(dot(normal.xy, ray) - normal.z, MIN_SLOPE);
         let inverse = 1.0 / depth;
-        let gradient = normal.xy * ray_scale / slope * inverse;
-        let middle = (vec2f(id.xy) + 0.5) * params.scale;
-        let there = clamp(inverse + dot(gradient, middle - pixel), 0.5 * inverse, 2.0 * inverse);
+        let gradient = normal.xy * ray_scale * (params.scale * inverse / slope);
+        let to_middle = vec2f(id.xy) + 0.5 - pixel / params.scale;
+        let there = clamp(inverse + dot(gradient, to_middle), 0.5 * inverse, 2.0 * inverse);
         plane = pack_plane(there, gradient, surfel_radiance(words));
     }
     textureStore(planes, id.xy, plane);

@@ -8,7 +8,7 @@ import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
 @if(light) import package::common::plane::plane_radiance;
 import package::common::slice::{
-    NEAREST, back_of,     Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, plane_of, place_on, away,
+    Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, seen_at, plane_of, place_at, ray_of, back_of,
 };
 
 struct Params {
@@ -59,15 +59,17 @@ fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> v
     let leaves = select(1e30, furthest, side.along * receiver.ray_length > slope * radius);
     let reach = min(side.reach, select(leaves, min(leaves, -0.999 * top / slope), slope < 0.0));
     let strides = strides_of(f32(STEPS), jitter, reach, screen.scale, SPACING);
-    let last = vec2i(textureDimensions(planes)) - 1;
+    let thickness = params.thickness / receiver.depth;
+    let thickness_slope = params.thickness_slope;
     var way = strides.way;
     for (var i = 0u; i < STEPS; i++) {
-        let texel = min(vec2i((receiver.pixel + way * side.step) / screen.scale), last);
-        let words = textureLoad(planes, texel, 0);
-        let plane = plane_of(receiver, side, words, texel, screen);
-        let place = place_on(plane, receiver, side, max(way, NEAREST));
-        let back =
-            back_of(place, away(receiver, side, way), params.thickness / receiver.depth, params.thickness_slope);
+        let seen = seen_at(side, way);
+        let words = textureLoad(planes, seen.texel, 0);
+        let plane = plane_of(receiver, side, words, seen.offset, way);
+        let ray = ray_of(receiver, side, way);
+        let place = place_at(receiver, ray, plane.here);
+        let away = ray * inverseSqrt(dot(ray, ray));
+        let back = back_of(place, away, thickness, thickness_slope);
         // The ray passes between front and back: they stand on either side of it.
         let front_side = place.x * sine - place.y * cosine;
         let back_side = back.x * sine - back.y * cosine;

@@ -1,4 +1,4 @@
-// variants: light, wide, ambient
+// variants: light, wide, ambient, packed
 // Screen-space indirect light with a visibility bitmask (Therrien et al. 2023, Algorithm 1): along each slice every sample
 // hides the sectors between its front and its back, a thickness farther from the eye, and lights the receiver through
 // those that nothing hid before. Without `light` only openness is found. `wide` has up to 128 sectors; with `ambient` the
@@ -11,6 +11,7 @@ import package::common::math::{PI, nearest_whole, random3, spread2};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::plane::{plane_gradient, plane_inverse_depth, plane_radiance};
 import package::common::surfel::surfel_depth;
+@if(light && packed) import package::common::surfel::with_radiance;
 import package::common::slice::{
     Screen, Receiver, Slice, Side, Strides, Place, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
     place_at, place_on, ray_of, ray_at, begin_of, Before, BEHIND_ALL, NEAREST, is_within, back_of, arc_of_side, turn_of,
@@ -32,8 +33,9 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(5) var planes: texture_2d<u32>;
-// Light in rgb, openness in a; or openness alone.
-@if(light) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+// Light in rgb, openness in a; with `packed` surfels with the light as radiance; or openness alone.
+@if(light && packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32uint, write>;
+@if(light && !packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
 @if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
@@ -239,7 +241,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     let own = textureLoad(surfels, id.xy, 0);
     if surfel_depth(own) <= SKY_DEPTH {
-        textureStore(gathered, id.xy, vec4f(0.0));
+        @if(light && packed) { textureStore(gathered, id.xy, vec4u(0u)); }
+        @if(!light || !packed) { textureStore(gathered, id.xy, vec4f(0.0)); }
         return;
     }
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
@@ -293,6 +296,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     // Weights of single slices may hide more than everything, rounding may open more.
     open = saturate(open);
-    @if(light) { textureStore(gathered, id.xy, vec4f(max(light, vec3f(0.0)), open)); }
+    @if(light && !packed) { textureStore(gathered, id.xy, vec4f(max(light, vec3f(0.0)), open)); }
+    @if(light && packed) { textureStore(gathered, id.xy, with_radiance(own, max(light, vec3f(0.0)))); }
     @if(!light) { textureStore(gathered, id.xy, vec4f(open)); }
 }

@@ -1,4 +1,4 @@
-// variants: ambient
+// variants: ambient, packed
 // Horizon-based indirect lighting (Mayaux 2018): along each side of a slice, a sample above the horizon so far lights the
 // receiver through the angle between the two. What lies under the horizon is hidden: the depth buffer is a height field. With `ambient` the
 // environment adds what a surface of the normal receives, times openness.
@@ -8,6 +8,7 @@ import package::common::math::{most, spread2};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::plane::plane_radiance;
 import package::common::surfel::surfel_depth;
+@if(packed) import package::common::surfel::with_radiance;
 import package::common::slice::{
     Screen, Receiver, Slice, Side, Strides, Place, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
     place_at, ray_of, is_within, arc_of_side, arc_to,
@@ -24,7 +25,9 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(5) var planes: texture_2d<u32>;
-@group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+// With `packed` surfels with the light as radiance.
+@if(packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32uint, write>;
+@if(!packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 
 @if(ambient) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
@@ -76,7 +79,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     let own = textureLoad(surfels, id.xy, 0);
     if surfel_depth(own) <= SKY_DEPTH {
-        textureStore(gathered, id.xy, vec4f(0.0));
+        @if(packed) { textureStore(gathered, id.xy, vec4u(0u)); }
+        @if(!packed) { textureStore(gathered, id.xy, vec4f(0.0)); }
         return;
     }
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
@@ -113,5 +117,6 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         sum = max(sum, vec4f(0.0));
     }
     // Weights of single slices may hide more than everything, rounding may open more.
-    textureStore(gathered, id.xy, vec4f(max(sum.rgb, vec3f(0.0)), saturate(sum.w)));
+    @if(packed) { textureStore(gathered, id.xy, with_radiance(own, max(sum.rgb, vec3f(0.0)))); }
+    @if(!packed) { textureStore(gathered, id.xy, vec4f(max(sum.rgb, vec3f(0.0)), saturate(sum.w))); }
 }

@@ -1,4 +1,4 @@
-// variants: light, ambient
+// variants: light, ambient, packed
 // Screen-space ray marching (Sousa et al. 2011): rays of random, cosine-distributed directions, stepped along the screen
 // until one is behind what is seen there by less than the thickness. What they hit lights the receiver; without `light`
 // only openness is found: the share of rays that hit nothing. With `ambient` those see the environment.
@@ -6,6 +6,7 @@ import package::common::math::{PI, random3, spread2};
 @if(ambient && light) import package::common::environment::{MAP, latlong};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
+@if(light && packed) import package::common::surfel::with_radiance;
 @if(light) import package::common::plane::plane_radiance;
 import package::common::slice::{
     Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, seen_at, plane_of, place_at, ray_of, back_of,
@@ -25,8 +26,9 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(5) var planes: texture_2d<u32>;
-// Light in rgb, openness in a; or openness alone.
-@if(light) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+// Light in rgb, openness in a; with `packed` surfels with the light as radiance; or openness alone.
+@if(light && packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32uint, write>;
+@if(light && !packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
 @if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
@@ -99,7 +101,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     let own = textureLoad(surfels, id.xy, 0);
     if surfel_depth(own) <= SKY_DEPTH {
-        textureStore(gathered, id.xy, vec4f(0.0));
+        @if(light && packed) { textureStore(gathered, id.xy, vec4u(0u)); }
+        @if(!light || !packed) { textureStore(gathered, id.xy, vec4f(0.0)); }
         return;
     }
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
@@ -118,6 +121,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         }
         sum += found / f32(RAYS);
     }
-    @if(light) { textureStore(gathered, id.xy, sum); }
+    @if(light && !packed) { textureStore(gathered, id.xy, sum); }
+    @if(light && packed) { textureStore(gathered, id.xy, with_radiance(own, sum.rgb)); }
     @if(!light) { textureStore(gathered, id.xy, vec4f(sum.w)); }
 }

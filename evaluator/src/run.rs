@@ -72,11 +72,12 @@ pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), 
     let mut report = Report {
         title: format!("Halflight: {}", grid.name),
         summary: format!(
-            "{} configurations on {} at {}, {} frames each, against path-traced truth of one bounce.",
+            "{} configurations on {} at {}, {} frames each, against path-traced truth of {}.",
             grid.cells.len(),
             scenes.iter().map(|(_, scene)| scene.name.clone()).collect::<Vec<_>>().join(", "),
             grid.sizes.iter().map(|[w, h]| format!("{w}x{h}")).collect::<Vec<_>>().join(", "),
-            grid.frames
+            grid.frames,
+            if grid.bounces > 1 { format!("{} bounces", grid.bounces) } else { "one bounce".into() }
         ),
         command: options.command.clone(),
         warnings: scenes.iter().flat_map(|(_, scene)| scene.warnings.clone()).collect(),

@@ -35,6 +35,8 @@ pub struct Grid {
     pub truth_samples: u32,
     /// Relative error over blocks of 8x8 pixels at which the truth may stop before that.
     pub truth_rel_error: f32,
+    /// Bounces of the truth's indirect light.
+    pub bounces: u32,
     /// Whether to measure what happens over time, too: hundreds of frames more for each cell.
     pub temporal: bool,
     /// Configurations, in the order of the file.
@@ -50,8 +52,19 @@ pub struct Cell {
     pub settings: Settings,
 }
 
-const KEYS: [&str; 10] =
-    ["preset", "scenes", "size", "frames", "seed", "direct", "truth_samples", "truth_rel_error", "temporal", "sweep"];
+const KEYS: [&str; 11] = [
+    "preset",
+    "scenes",
+    "size",
+    "frames",
+    "seed",
+    "direct",
+    "truth_samples",
+    "truth_rel_error",
+    "bounces",
+    "temporal",
+    "sweep",
+];
 
 impl Grid {
     /// Reads a grid file. Scenes are looked for from the working directory, then beside the file.
@@ -96,6 +109,7 @@ impl Grid {
             direct_from_truth: direct == "truth",
             truth_samples: file.integer("truth_samples", 1..=1 << 20)?.unwrap_or(256),
             truth_rel_error: file.number("truth_rel_error", 0.0001..=1.0)?.unwrap_or(0.01),
+            bounces: file.integer("bounces", 1..=64)?.unwrap_or(1),
             temporal: file.boolean("temporal")?.unwrap_or(false),
             cells,
         })

@@ -12,8 +12,10 @@ use halflight_native::{
     images::{Image, Rgb, auto_exposure, tone_map_all},
 };
 use halflight_renderer::{
+    SceneFacts,
     parameters::Settings,
     plan::Part,
+    plan_technique_of_scene,
     scan::Scanned,
     techniques::parameters_of,
     truth::{Request as TruthRequest, Stop, Truth},
@@ -70,11 +72,12 @@ pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), 
     let mut report = Report {
         title: format!("Halflight: {}", grid.name),
         summary: format!(
-            "{} configurations on {} at {}, {} frames each, against path-traced truth of one bounce.",
+            "{} configurations on {} at {}, {} frames each, against path-traced truth of {}.",
             grid.cells.len(),
             scenes.iter().map(|(_, scene)| scene.name.clone()).collect::<Vec<_>>().join(", "),
             grid.sizes.iter().map(|[w, h]| format!("{w}x{h}")).collect::<Vec<_>>().join(", "),
-            grid.frames
+            grid.frames,
+            if grid.bounces > 1 { format!("{} bounces", grid.bounces) } else { "one bounce".into() }
         ),
         command: options.command.clone(),
         warnings: scenes.iter().flat_map(|(_, scene)| scene.warnings.clone()).collect(),
@@ -208,14 +211,25 @@ impl<'a> Runner<'a> {
         let Grid { frames, seed, direct_from_truth, truth_samples, truth_rel_error, preset, temporal, .. } = self.grid;
         let [w, h] = self.size;
         let glossy = if self.wants_gloss() { ",glossy" } else { "" };
+        let bounces = if self.grid.bounces > 1 { format!(",{} bounces", self.grid.bounces) } else { String::new() };
         format!(
-            "{} {w}x{h} {} {} frames={frames} seed={seed} direct={direct_from_truth} truth={truth_samples},{truth_rel_error}{glossy} \
+            "{} {w}x{h} {} {} frames={frames} seed={seed} direct={direct_from_truth} truth={truth_samples},{truth_rel_error}{glossy}{bounces} \
              temporal={temporal} preset={preset} adapter={} commit={COMMIT}",
             self.path.display(),
             cell.technique.name,
             settings_text(&cell.settings),
             self.native.info.name
         )
+    }
+
+    /// Whether anything is held against the truth's light: not where all cells find openness alone.
+    fn wants_light(&self) -> bool {
+        let facts = SceneFacts::of(self.scene);
+        let only_openness = |cell: &Cell| {
+            plan_technique_of_scene(&facts, cell.technique, &cell.settings, self.size)
+                .is_ok_and(|plan| plan.occlusion_radius.is_some() && !plan.outputs.contains_key("indirect"))
+        };
+        self.grid.direct_from_truth || !self.grid.cells.iter().all(only_openness)
     }
 
     /// Whether the truth shows glossy light: where any cell does, so that all cells are held against one image.
@@ -232,11 +246,13 @@ impl<'a> Runner<'a> {
     fn prepare(&mut self) -> Result<&mut Prepared<'a>, Error> {
         if self.prepared.is_none() {
             let mut request = TruthRequest::new(self.scene.camera, self.size);
-            (request.bounce1, request.bounces, request.seed) = (true, 1, self.grid.seed);
+            let light = self.wants_light();
+            (request.bounce1, request.bounces) = (light, if light { self.grid.bounces } else { 0 });
+            request.seed = self.grid.seed;
             request.glossy = self.wants_gloss();
             let stop = Stop {
-                samples_per_pixel: self.grid.truth_samples,
-                rel_error: Some(self.grid.truth_rel_error),
+                samples_per_pixel: if light { self.grid.truth_samples } else { 1 },
+                rel_error: light.then_some(self.grid.truth_rel_error),
                 error_block: 8,
             };
             let traced = truth::trace(self.native, self.scene, &request, stop)?;

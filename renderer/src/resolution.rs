@@ -49,6 +49,25 @@ pub(crate) fn pyramid(
     divisor: u32,
     last: u32,
 ) -> Vec<Level> {
+    pyramid_and_planes(plan, inputs, constants, divisor, last, None)
+}
+
+/// Plans surfels of squares `divisor` pixels wide (1 or 2) and the same surfaces as planes (`common/plane.wgsl`).
+pub(crate) fn surfels_and_planes(plan: &mut FramePlan, inputs: &Inputs, divisor: u32) -> (Level, ResourceId) {
+    let size = plan.display_size.map(|v| v.div_ceil(divisor));
+    let planes = plan.texture("planes", size, Format::Rgba32Uint, "surfaces as planes, one fetch a sample");
+    (pyramid_and_planes(plan, inputs, &[("VOTE", 0.0)], divisor, 0, Some(planes)).remove(0), planes)
+}
+
+/// As [`pyramid`]; the first pass, at most half resolution, writes `planes`, too.
+fn pyramid_and_planes(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    constants: &[(&'static str, f64)],
+    divisor: u32,
+    last: u32,
+    planes: Option<ResourceId>,
+) -> Vec<Level> {
     let mut levels: Vec<Level> = Vec::new();
     // The finest step reads the G-buffer; every further one halves the one before. A start below half
     // resolution passes through intermediate steps that are not levels of the gather.
@@ -66,12 +85,16 @@ pub(crate) fn pyramid(
         let name = format!("pyramid_{scale}");
         let pass = match levels.last() {
             None if scale == 1 => plan
-                .pass(Part::Technique, name, "hierarchical/pack")
+                .pass(Part::Technique, name, variant("hierarchical/pack", &[("planes", planes.is_some())]))
                 .bind("depth", inputs.depth)
                 .bind("normal", inputs.normal)
                 .bind("direct", inputs.direct),
             None => plan
-                .pass(Part::Technique, name, "hierarchical/pyramid+from_gbuffer")
+                .pass(
+                    Part::Technique,
+                    name,
+                    variant("hierarchical/pyramid+from_gbuffer", &[("planes", planes.is_some())]),
+                )
                 .param("child_scale", 1.0)
                 .bind("depth", inputs.depth)
                 .bind("normal", inputs.normal)
@@ -80,6 +103,10 @@ pub(crate) fn pyramid(
                 .pass(Part::Technique, name, "hierarchical/pyramid")
                 .param("child_scale", finer.scale as f32)
                 .bind("children", finer.surfels),
+        };
+        let pass = match planes {
+            Some(planes) if levels.is_empty() => pass.bind("planes", planes),
+            _ => pass,
         };
         pass.constants(constants)
             .bind("surfels", surfels)
@@ -119,7 +146,8 @@ impl Upsampling {
 }
 
 /// Brings light of a level to the display, as a texture of this name; where the level is the display's, it is there
-/// already. One number a texel (R32Float) stays one.
+/// already. One number a texel (R32Float) stays one; surfels with the light as radiance (Rgba32Uint) are read as such, with
+/// the linear kernel from half resolution.
 pub(crate) fn to_display(
     plan: &mut FramePlan,
     inputs: &Inputs,
@@ -133,6 +161,8 @@ pub(crate) fn to_display(
     }
     let size = plan.display_size;
     let openness = plan.resources[light.0].format() == Some(Format::R32Float);
+    // Surfels with the light as radiance.
+    let packed = plan.resources[light.0].format() == Some(Format::Rgba32Uint);
     let half = upsampling.storage == Storage::Float16 && !openness;
     let format = match (openness, half) {
         (true, _) => Format::R32Float,
@@ -141,8 +171,21 @@ pub(crate) fn to_display(
     };
     let what = if openness { name.replace('_', " ") } else { format!("{name} light") };
     let display = plan.texture(name, size, format, format!("{what} at full resolution"));
-    let features = [("to_display", true), ("float16", half), ("openness", openness)];
     let pass = if name == "indirect" { "upsample".into() } else { format!("upsample_{name}") };
+    if level.scale == 2 && upsampling.kernel == UpsamplingKernel::Linear {
+        let features = [("float16", half), ("openness", openness), ("packed", packed)];
+        let pass = plan
+            .pass(Part::Technique, pass, variant("hierarchical/upsample_linear", &features))
+            .bind("coarse_surfels", if packed { light } else { level.surfels })
+            .bind("depth", inputs.depth)
+            .bind("normal", inputs.normal)
+            .bind("indirect", display)
+            .because("the gather starts at half resolution");
+        let pass = if packed { pass } else { pass.bind("coarse_indirect", light) };
+        pass.over(level.size.map(|v| v + 1));
+        return display;
+    }
+    let features = [("to_display", true), ("float16", half), ("openness", openness)];
     upsampling
         .pass(plan, pass, &variant("hierarchical/upsample", &features), level, 1)
         .bind("coarse_indirect", light)

@@ -7,7 +7,7 @@ use crate::{
     choice,
     frame::variant,
     plan::{FramePlan, Part, PassBuilder, ResourceId},
-    resolution::{Level, Storage, Upsampling, UpsamplingKernel, pyramid, to_display},
+    resolution::{Level, Storage, Upsampling, UpsamplingKernel, surfels_and_planes, to_display},
     techniques::Inputs,
 };
 
@@ -71,22 +71,19 @@ impl SliceGather<'_> {
         bind: impl for<'b> FnOnce(PassBuilder<'b>) -> PassBuilder<'b>,
     ) -> Option<ResourceId> {
         let environment = environment_of(plan, inputs).filter(|_| self.finds == Finds::Light);
-        let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], 1 << self.resolution as u32, 0);
-        let level = &levels[0];
-        let planes = plan.texture("planes", level.size, Format::Rgba32Uint, "surfaces as planes, one fetch a sample");
-        plan.pass(Part::Technique, "planes", "planes/planes")
-            .param("scale", level.scale as f32)
-            .bind("surfels", level.surfels)
-            .bind("planes", planes)
-            .because("one over the depth of a plane is linear along a line of the screen")
-            .over(level.size);
+        let (level, planes) = surfels_and_planes(plan, inputs, 1 << self.resolution as u32);
+        let level = &level;
         let lit = self.finds == Finds::Light;
-        let (format, what) = match lit {
-            true => (Format::Rgba32Float, "light along slices"),
-            false => (Format::R32Float, "openness along slices"),
+        // On its way through filter and upsampling light is packed into the surfels that both read: half the fetches.
+        let packed = lit && self.resolution == Resolution::Half && self.storage == Storage::Float16;
+        let (format, what) = match (lit, packed) {
+            (true, false) => (Format::Rgba32Float, "light along slices"),
+            (true, true) => (Format::Rgba32Uint, "surfaces with light along slices"),
+            (false, _) => (Format::R32Float, "openness along slices"),
         };
         let gathered = plan.texture("gathered", level.size, format, what);
-        let shader = variant(self.shader, &[self.features, &[("ambient", environment.is_some())]].concat());
+        let shader =
+            variant(self.shader, &[self.features, &[("ambient", environment.is_some()), ("packed", packed)]].concat());
         let pass = plan
             .pass(Part::Technique, "gather", shader)
             .constants(self.constants)
@@ -102,8 +99,7 @@ impl SliceGather<'_> {
         };
         bind(pass).over(level.size);
         let found = denoised(plan, level, gathered, self.denoise);
-        // Spline weights are smoothest; what is left of the noise is spread by them too.
-        let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: self.storage };
+        let upsampling = Upsampling { kernel: UpsamplingKernel::Linear, storage: self.storage };
         if lit {
             return Some(to_display(plan, inputs, &upsampling, level, found, "indirect"));
         }
@@ -136,15 +132,18 @@ pub(crate) fn environment_of(plan: &mut FramePlan, inputs: &Inputs) -> Option<Re
 fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) -> ResourceId {
     let format = plan.resources[noisy.0].format().unwrap_or(Format::Rgba32Float);
     let openness = format == Format::R32Float;
+    let packed = format == Format::Rgba32Uint;
     (0..count).fold(noisy, |noisy, turn| {
         let spacing = 1u32 << turn;
         let smoothed = plan.texture(format!("denoised_{turn}"), level.size, format, "neighbours averaged");
-        plan.pass(Part::Technique, format!("denoise_{turn}"), variant("denoise/denoise", &[("openness", openness)]))
+        let features = [("openness", openness), ("packed", packed)];
+        let pass = plan
+            .pass(Part::Technique, format!("denoise_{turn}"), variant("denoise/denoise", &features))
             .param("scale", level.scale as f32)
             .param("spacing", spacing)
-            .bind("surfels", level.surfels)
-            .bind("noisy", noisy)
-            .bind("smoothed", smoothed)
+            .bind("surfels", if packed { noisy } else { level.surfels });
+        let pass = if packed { pass } else { pass.bind("noisy", noisy) };
+        pass.bind("smoothed", smoothed)
             .because(format!("few slices leave noise: taps {spacing} apart"))
             .over(level.size);
         smoothed

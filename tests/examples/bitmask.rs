@@ -78,16 +78,19 @@ fn main() -> ExitCode {
 /// A configuration: name in the table, technique, settings.
 type Row<'a> = (String, &'a str, Vec<(&'a str, &'a str)>);
 
-/// A configuration that is timed: name, frames, milliseconds of the gather and of all passes, processor time.
-type Timed<'a> = (&'a str, Frames<'a>, Vec<f64>, Vec<f64>, f64);
+/// A configuration that is timed: name, frames, milliseconds of the gather, of all passes, and of a core's work on them.
+type Timed<'a> = (&'a str, Frames<'a>, Vec<f64>, Vec<f64>, Vec<f64>);
 
-/// Processor time of this program so far, milliseconds, where Linux tells it: on a software adapter what the shaders took,
-/// whatever else the computer does. In ticks of 10 ms.
+/// Processor time of this program's threads so far, milliseconds, where Linux tells it: on a software adapter what the
+/// shaders took, however long they waited for a core.
 fn processor_ms() -> f64 {
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // The second field is the program's name in brackets; user and system time are the 14th and 15th.
-    let fields: Vec<&str> = text.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
-    [11, 12].iter().filter_map(|&i| fields.get(i)?.parse::<f64>().ok()).sum::<f64>() * 10.0
+    let threads = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
+    // The first field is the nanoseconds that the thread ran.
+    let nanoseconds = threads.filter_map(|thread| {
+        let text = std::fs::read_to_string(thread.path().join("schedstat")).ok()?;
+        text.split_whitespace().next()?.parse::<f64>().ok()
+    });
+    nanoseconds.sum::<f64>() * 1e-6
 }
 
 fn cost(args: &Args, session: &Session) -> Result<(), Error> {
@@ -97,6 +100,7 @@ fn cost(args: &Args, session: &Session) -> Result<(), Error> {
     let light = [("radius", radius.as_str()), ("denoise", "0")];
     let configurations: Vec<Row> = vec![
         ("gtao, 12 steps".into(), "gtao", [&open[1..], &[("steps", "12")]].concat()),
+        ("gtao with falloff, 12 steps".into(), "gtao", [&open[1..], &[("falloff", "0.6")]].concat()),
         ("published, openness, 12 steps".into(), "bitmask", [&published[..], &[("steps", "12")]].concat()),
         ("radiometric, openness, 12 steps".into(), "bitmask", [&open[..], &[("steps", "12")]].concat()),
         ("radiometric, openness, 12, 64 sectors".into(), "bitmask", [&open[..], &[("sectors", "64")]].concat()),
@@ -115,34 +119,37 @@ fn cost(args: &Args, session: &Session) -> Result<(), Error> {
     for (name, technique, settings) in &configurations {
         let mut frames = session.technique_frames(&request(technique, settings, args.size), &scene)?;
         frames.run(0)?;
-        all.push((name, frames, Vec::new(), Vec::new(), 0.0));
+        all.push((name, frames, Vec::new(), Vec::new(), Vec::new()));
     }
     for frame in 0..args.frames {
         for (_, frames, gather, whole, processor) in &mut all {
             let before = processor_ms();
             let passes = frames.run(frame)?.passes;
-            *processor += processor_ms() - before;
+            processor.push(processor_ms() - before);
             gather.push(passes.iter().filter(|p| p.name == "gather").map(|p| p.milliseconds).sum());
             whole.push(passes.iter().map(|p| p.milliseconds).sum());
         }
     }
     let cores = std::thread::available_parallelism().map_or(1.0, |n| n.get() as f64);
     println!(
-        "\n{:<42}{:>12}{:>12}{:>12}{:>14}{:>20}",
-        "", "gather, ms", "least, ms", "all, ms", "x first row", "all, processor ms/core"
+        "\n{:<42}{:>12}{:>12}{:>12}{:>12}{:>14}{:>16}{:>14}",
+        "", "gather, ms", "least, ms", "all, ms", "least, ms", "x first row", "of a core, ms", "x first row"
     );
-    let first = all[0].2.clone();
+    let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
+    let first = [least(&all[0].2), least(&all[0].4)];
     for (name, _, gather, whole, processor) in &all {
-        let mut ratios: Vec<f64> = gather.iter().zip(&first).map(|(a, b)| a / b).collect();
-        let least = gather.iter().copied().fold(f64::INFINITY, f64::min);
         println!(
-            "{name:<42}{:>12.1}{least:>12.1}{:>12.1}{:>14.2}{:>20.1}",
+            "{name:<42}{:>12.1}{:>12.1}{:>12.1}{:>12.1}{:>14.2}{:>16.1}{:>14.2}",
             percentile(&mut gather.clone(), 0.5),
+            least(gather),
             percentile(&mut whole.clone(), 0.5),
-            percentile(&mut ratios, 0.5),
-            processor / cores / f64::from(args.frames)
+            least(whole),
+            least(gather) / first[0],
+            least(processor) / cores,
+            least(processor) / first[1],
         );
     }
+    println!("(ratios of the least; a core's work is all passes', shared out over {cores} cores)");
     Ok(())
 }
 

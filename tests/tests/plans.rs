@@ -328,6 +328,7 @@ fn override_parameters_and_override_constants_are_the_same() {
     let by_plan = |folder: &str| match folder {
         "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED", "SOLID", "OVER_FRAMES"]),
         "bitmask" => BTreeSet::from(["SECTORS", "OVER_FRAMES"]),
+        "gtao" => BTreeSet::from(["FALLS"]),
         "hybrid" => BTreeSet::from(["OVER_FRAMES"]),
         "direct" => BTreeSet::from(["LIGHTS"]),
         _ => BTreeSet::new(),
@@ -457,21 +458,21 @@ fn a_bitmask_has_the_passes_that_its_settings_ask_for() {
         let plan = plan(&scene, technique, values, SIZE);
         added(&passes(&none), &passes(&plan)).into_iter().map(String::from).collect::<Vec<_>>()
     };
-    assert_eq!(own("bitmask", &[]), ["pyramid_1", "planes", "gather", "denoise_0", "composite"]);
-    assert_eq!(own("bitmask", &[("denoise", "0")]), ["pyramid_1", "planes", "gather", "composite"]);
+    assert_eq!(own("bitmask", &[]), ["pyramid_1", "gather", "denoise_0", "composite"]);
+    assert_eq!(own("bitmask", &[("denoise", "0")]), ["pyramid_1", "gather", "composite"]);
     assert_eq!(
         own("bitmask", &[("resolution", "half"), ("denoise", "2")]),
-        ["pyramid_2", "planes", "gather", "denoise_0", "denoise_1", "upsample", "composite"]
+        ["pyramid_2", "gather", "denoise_0", "denoise_1", "upsample", "composite"]
     );
     assert_eq!(
         own("bitmask", &[("feedback", "0.9")]),
-        ["feedback", "pyramid_1", "planes", "gather", "denoise_0", "remember", "composite"]
+        ["feedback", "pyramid_1", "gather", "denoise_0", "remember", "composite"]
     );
     // Openness is no light: the direct image is the final one, and the plan says how far it looks.
     let open = plan(&scene, "gtao", &[("radius", "2"), ("resolution", "half")], SIZE);
     assert_eq!(
         added(&passes(&none), &passes(&open)),
-        ["pyramid_2", "planes", "gather", "denoise_0", "upsample_ambient_occlusion"]
+        ["pyramid_2", "gather", "denoise_0", "upsample_ambient_occlusion"]
     );
     assert_eq!(open.outputs["final"], open.outputs["direct"]);
     assert!(open.outputs.contains_key("ambient_occlusion") && !open.outputs.contains_key("indirect"));

@@ -100,6 +100,7 @@ fn section(index: usize, part: &Part) -> String {
     );
     html += &slice(part);
     html += &strips(part);
+    html += &figures(part);
     html += &trades(part);
     html += &compare(part);
     html += &error_maps(part);
@@ -169,14 +170,26 @@ fn slice(part: &Part) -> String {
 
 /// One picture a level; empty where rows do not differ in the level that they gather.
 fn strips(part: &Part) -> String {
-    let strips = strip::strips(part.group);
+    let caption = "Indirect light (albedo · indirect) of each level alone under one exposure: a level adds the light of its own ring, \
+                   and a coarser one reaches twice as far.";
+    side_by_side(part, &strip::strips(part.group), "strip", heading("Level by level", caption))
+}
+
+/// The pictures of a paper's figure; empty for other presets.
+fn figures(part: &Part) -> String {
+    let caption = "Under one exposure, with the error against the first picture: RMSE and bias of a single frame, and the \
+                   deviation from frame to frame. A click on a picture chooses its row everywhere.";
+    side_by_side(part, &strip::figures(part.group), "strip large", heading("Side by side", caption))
+}
+
+fn side_by_side(part: &Part, strips: &[Strip], class: &str, heading: String) -> String {
     if strips.is_empty() {
         return String::new();
     }
     let [width, height] = [part.group.first().width, part.group.first().height];
     let picture = |(row, title, path): &(Option<usize>, String, &str)| {
         let row = row.map_or(String::new(), |row| format!(" data-row=\"{row}\""));
-        let path = escape(path);
+        let (path, title) = (escape(path), escape(title));
         format!(
             "<figure{row}><img src=\"{path}\" alt=\"{title}\" width=\"{width}\" height=\"{height}\">\
              <figcaption>{title}</figcaption></figure>"
@@ -184,11 +197,9 @@ fn strips(part: &Part) -> String {
     };
     let strip = |Strip { name, pictures }: &Strip| {
         let name = if name.is_empty() { String::new() } else { format!("<p class=\"caption\">{}</p>", escape(name)) };
-        format!("{name}<div class=\"strip\">{}</div>", pictures.iter().map(picture).collect::<String>())
+        format!("{name}<div class=\"{class}\">{}</div>", pictures.iter().map(picture).collect::<String>())
     };
-    let caption = "Indirect light (albedo · indirect) of each level alone under one exposure: a level adds the light of its own ring, \
-                   and a coarser one reaches twice as far.";
-    heading("Level by level", caption) + &strips.iter().map(strip).collect::<String>()
+    heading + &strips.iter().map(strip).collect::<String>()
 }
 
 pub(super) fn figure(svg: &str) -> String {

@@ -15,7 +15,7 @@ use crate::format::number;
 use crate::measurement::{Measurement, plain};
 
 /// `preset` of the rows that the figure belongs to.
-const PRESET: &str = "soler2009_fig5";
+pub(super) const PRESET: &str = "soler2009_fig5";
 
 /// The figure.
 pub struct Slice {

@@ -1,6 +1,8 @@
-//! One picture a level, side by side, where a group has rows that gather a single level (Soler et al. 2009, Figure 4).
+//! Pictures side by side: one a level, where a group has rows that gather a single level (Soler et al. 2009, Figure 4); one a
+//! row with its error, where the rows belong to a figure of a paper.
 
 use super::grouping::{Group, last_segment};
+use crate::format::number;
 use crate::measurement::{Measurement, plain};
 
 /// Pictures side by side.
@@ -37,6 +39,46 @@ pub fn strips<'a>(group: &Group<'a>) -> Vec<Strip<'a>> {
     strips
 }
 
+/// What a preset ends with, but for a number, where its rows are the pictures of a paper's figure.
+const FIGURE: &str = "_fig";
+/// Presets that show their figure another way, or are a table that the paper calls a figure.
+const NO_STRIP: [&str; 3] = [super::slice::PRESET, "soler2009_fig6", "soler2010_fig9"];
+
+/// For a preset that is a figure, one strip for each truth (of a radius, or of all light) that rows are held against: the
+/// truth, then every row with its error.
+pub fn figures<'a>(group: &Group<'a>) -> Vec<Strip<'a>> {
+    let mut strips: Vec<Strip> = Vec::new();
+    let of_figure = |row: &Measurement| row.preset.contains(FIGURE) && !NO_STRIP.contains(&row.preset.as_str());
+    for &(index, row) in group.rows.iter().filter(|(_, row)| of_figure(row)) {
+        let is_light = row.errors.occlusion_rmse.is_none();
+        let kind = if is_light { "indirect" } else { "final" };
+        let (Some(picture), Some(truth)) = (row.image(kind), row.image(&format!("truth_{kind}"))) else { continue };
+        let strip = match strips.iter().position(|strip| strip.pictures[0].2 == truth) {
+            Some(known) => &mut strips[known],
+            None => {
+                let name = if is_light { "Indirect light (albedo · indirect)" } else { "Openness" };
+                let title = if is_light { "path-traced truth" } else { "traced openness" };
+                strips.push(Strip { name: name.into(), pictures: vec![(None, title.into(), truth)] });
+                let last = strips.len() - 1;
+                &mut strips[last]
+            }
+        };
+        let error = row.errors.occlusion_rmse.or(row.errors.indirect_rmse);
+        let bias = row.errors.occlusion_bias.or(row.errors.indirect_bias);
+        let told = [("RMSE", error, ""), ("bias", bias, "+"), ("noise", row.errors.noise_std, "")];
+        let told = told.iter().filter_map(|(name, value, plus)| {
+            let value = (*value)?;
+            Some(format!("{name} {}{}", if value > 0.0 { plus } else { "" }, number(value, 2)))
+        });
+        strip.pictures.push((
+            Some(index),
+            format!("{}: {}", group.label(row), told.collect::<Vec<_>>().join(", ")),
+            picture,
+        ));
+    }
+    strips
+}
+
 fn label_without(group: &Group, row: &Measurement, only: &str) -> String {
     let mut row = row.clone();
     row.parameters.remove(only);
@@ -48,6 +90,36 @@ mod tests {
     use super::*;
     use crate::report::grouping::groups;
     use serde_json::json;
+
+    #[test]
+    fn a_figure_has_a_strip_for_each_truth() {
+        let row = |technique: &str, radius: u32, rmse: f64| Measurement {
+            technique: technique.into(),
+            preset: "therrien2023_fig9".into(),
+            parameters: json!({ format!("{technique}.radius"): radius }).as_object().cloned().unwrap_or_default(),
+            images: json!({"final": format!("{technique}{radius}.png"), "truth_final": format!("t{radius}.png")})
+                .as_object()
+                .cloned()
+                .unwrap_or_default(),
+            errors: crate::measurement::Errors { occlusion_rmse: Some(rmse), ..Default::default() },
+            ..Measurement::default()
+        };
+        let mut rows = vec![row("gtao", 1, 0.2), row("gtao", 2, 0.3), row("bitmask", 1, 0.1), row("bitmask", 2, 0.25)];
+        let told: Vec<Vec<_>> = figures(&groups(&rows)[0])
+            .into_iter()
+            .map(|strip| strip.pictures.into_iter().map(|(row, title, _)| (row, title)).collect())
+            .collect();
+        let strip = |radius: u32, first: usize, errors: [&str; 2]| {
+            let titles =
+                [("gtao", errors[0]), ("bitmask", errors[1])].map(|(t, e)| format!("{t} · radius {radius}: RMSE {e}"));
+            let [gtao, bitmask] = titles;
+            vec![(None, "traced openness".to_owned()), (Some(first), gtao), (Some(first + 2), bitmask)]
+        };
+        assert_eq!(told, [strip(1, 0, ["0.20", "0.10"]), strip(2, 1, ["0.30", "0.25"])]);
+        // Rows of no figure have none.
+        rows.iter_mut().for_each(|row| row.preset = "therrien2023_table1".into());
+        assert!(figures(&groups(&rows)[0]).is_empty());
+    }
 
     #[test]
     fn each_combination_has_its_strip() {

@@ -73,6 +73,26 @@ fn spread2(pixel: [u32; 2], frame: u32, stream: u32, seed: u32) -> [f64; 2] {
     [0, 1].map(|i| f64::from((start[i] + lattice[i]).fract()))
 }
 
+/// One side of a slice: places on the screen in pixels.
+struct Side {
+    sign: f64,
+    jitter: f64,
+    /// The receiver's place, and the change for a pixel of way.
+    own: DVec2,
+    step: DVec2,
+    reach: f64,
+    /// Where exponential strides begin.
+    first: f64,
+    /// Where the sample before stood, and one over its depth.
+    before: (f64, f64),
+}
+
+/// View ray, z = -1, of a place in pixels.
+fn ray_of(image: &GBuffer, pixel: DVec2) -> DVec3 {
+    let (display, [tx, ty]) = (image.display_size.map(f64::from), image.tan_half_fov);
+    DVec3::new((2.0 * pixel.x / display[0] - 1.0) * tx, (1.0 - 2.0 * pixel.y / display[1]) * ty, -1.0)
+}
+
 impl Gather {
     /// What the texel of this index receives; its image has texels of `scale` pixels.
     pub fn gather(&self, image: &GBuffer, index: usize, scale: u32) -> Found {
@@ -97,8 +117,13 @@ impl Gather {
             let jitter = (random[1] + GOLDEN * f64::from(i)).fract();
             let mut hidden = vec![false; self.sectors as usize];
             let mut light = DVec3::ZERO;
-            for (sign, jitter) in [(1.0, jitter), (-1.0, (jitter + 0.5).fract())] {
-                light += self.side(image, receiver, &slice, sign, jitter, rounding, scale, &mut hidden);
+            let mut sides = [(1.0, jitter), (-1.0, (jitter + 0.5).fract())]
+                .map(|(sign, jitter)| self.side(image, receiver, &slice, sign, jitter, scale));
+            // In turns: the sector in the middle belongs to both.
+            for step in 0..self.steps {
+                for side in &mut sides {
+                    light += self.step(image, receiver, &slice, side, step, rounding, scale, &mut hidden);
+                }
             }
             let weight = if self.radiometric { slice.length * slice.whole() } else { 1.0 };
             let share = weight / f64::from(self.slices * self.sectors);
@@ -108,105 +133,96 @@ impl Gather {
         found
     }
 
-    #[allow(clippy::too_many_arguments, reason = "a twin of the shader's function")]
-    fn side(
-        &self,
-        image: &GBuffer,
-        receiver: &Pixel,
-        slice: &Slice,
-        sign: f64,
-        jitter: f64,
-        rounding: f64,
-        scale: u32,
-        hidden: &mut [bool],
-    ) -> DVec3 {
+    fn side(&self, image: &GBuffer, receiver: &Pixel, slice: &Slice, sign: f64, jitter: f64, scale: u32) -> Side {
         let display = image.display_size.map(f64::from);
         let pixel_of = |p: DVec3| {
             let [tx, ty] = image.tan_half_fov;
             DVec2::new((p.x / -p.z / tx + 1.0) * 0.5 * display[0], (1.0 - p.y / -p.z / ty) * 0.5 * display[1])
         };
-        let ray_of = |pixel: DVec2| {
-            let [tx, ty] = image.tan_half_fov;
-            DVec3::new((2.0 * pixel.x / display[0] - 1.0) * tx, (1.0 - 2.0 * pixel.y / display[1]) * ty, -1.0)
-        };
         let own = pixel_of(receiver.position);
-        let tangent = sign * slice.tangent;
         // A point a little way along the tangent shows where the slice runs on the screen.
-        let heading = pixel_of(receiver.position + tangent * receiver.depth * 1e-4) - own;
+        let heading = pixel_of(receiver.position + sign * slice.tangent * receiver.depth * 1e-4) - own;
         let step = heading.normalize();
-        let reach = self.reach(receiver, slice, own, step, display, &ray_of);
-        let strides = |part: f64| {
-            let first = f64::from(scale).min(reach);
-            if self.exponential { first * (reach.max(1e-3) / first.max(1e-3)).powf(part) } else { reach * part }
+        let reach = self.reach(receiver, slice, own, step, display, &|pixel| ray_of(image, pixel));
+        let first = f64::from(scale).min(reach);
+        Side { sign, jitter, own, step, reach, first, before: (0.0, 1.0 / receiver.depth) }
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "a twin of the shader's function")]
+    fn step(
+        &self,
+        image: &GBuffer,
+        receiver: &Pixel,
+        slice: &Slice,
+        side: &mut Side,
+        i: u32,
+        rounding: f64,
+        scale: u32,
+        hidden: &mut [bool],
+    ) -> DVec3 {
+        let (own, step, sign) = (side.own, side.step, side.sign);
+        let ray_of = |pixel: DVec2| ray_of(image, pixel);
+        let strides = |part: f64| match self.exponential {
+            true => side.first * (side.reach.max(1e-3) / side.first.max(1e-3)).powf(part),
+            false => side.reach * part,
         };
-        let mut light = DVec3::ZERO;
-        let (mut way_before, mut inverse_before) = (0.0, 1.0 / receiver.depth);
-        for i in 0..self.steps {
-            let at = |offset: f64| (f64::from(i) + offset) / f64::from(self.steps);
-            let (begin, end) = (if i == 0 { 0.0 } else { strides(at(0.0)) }, strides(at(1.0)));
-            let way = strides(at(jitter));
-            let point = own + way * step;
-            let texel = [0, 1].map(|a| ((point[a] / f64::from(scale)) as u32).min(image.size[a] - 1));
-            let source = &image.pixels[(texel[1] * image.size[0] + texel[0]) as usize];
-            let before = (way_before, inverse_before);
-            if source.depth <= 0.0 {
-                // Nothing runs on behind the sky.
-                (way_before, inverse_before) = (way, f64::NEG_INFINITY);
-                continue;
-            }
-            // The texel's plane, where the ray at a way meets it; not followed to other depths than about its own.
-            let slope = (source.normal.dot(source.position) / source.depth).min(MIN_SLOPE);
-            let own_ray = source.position / source.depth;
-            let inverse_at = |ray: DVec3| (1.0 + source.normal.dot(ray - own_ray) / slope) / source.depth;
-            let middle_of = ray_of(DVec2::new(f64::from(texel[0]) + 0.5, f64::from(texel[1]) + 0.5) * f64::from(scale));
-            let own_inverse = inverse_at(middle_of).clamp(0.5 / source.depth, 2.0 / source.depth);
-            let inverse = |way: f64| {
-                let change = inverse_at(ray_of(own + way * step)) - inverse_at(middle_of);
-                own_inverse + change
-            };
-            let on_plane =
-                |way: f64| ray_of(own + way * step) / inverse(way).clamp(0.5 * own_inverse, 2.0 * own_inverse);
-            let faces = inverse(0.0) * receiver.depth < 1.0;
-            (way_before, inverse_before) = (way, own_inverse);
-            let back = ray_of(own + way * step).normalize() * self.thickness;
-            let (middle, fronts) = if self.radiometric {
-                // Behind what the sample before showed, the two meet on the way.
-                let behind = inverse(before.0) < before.1;
-                let met = if behind { begin.min(before.0) } else { begin };
-                let first = (if faces { met } else { begin.max(0.5 * way) }).max(NEAREST);
-                let [near, far] = [on_plane(first), on_plane(end)];
-                // Between the two, nearer to the one that is nearer to the eye: their mean in homogeneous coordinates.
-                let middle = (near / -near.z + far / -far.z) / (1.0 / -near.z + 1.0 / -far.z);
-                (middle, vec![near, far])
-            } else {
-                (on_plane(way), vec![on_plane(way)])
-            };
-            if (middle - receiver.position).length() > self.radius {
-                continue;
-            }
-            let angle = |p: &DVec3| slice.angle_of(sign, *p - receiver.position);
-            let order = |a: &DVec3, b: &DVec3| angle(a).total_cmp(&angle(b));
-            let nearest = fronts.iter().copied().min_by(order).unwrap_or_default();
-            let farthest = fronts.iter().copied().max_by(order).unwrap_or_default();
-            let ends = [nearest, farthest + back].map(|p| self.sector(slice, sign, p - receiver.position));
-            let first = (ends[0].min(ends[1]) + rounding).floor() as usize;
-            let last = (ends[0].max(ends[1]) + rounding).floor() as usize;
-            let mut fresh = 0;
-            for sector in &mut hidden[first.min(self.sectors as usize)..last.min(self.sectors as usize)] {
-                fresh += u32::from(!*sector);
-                *sector = true;
-            }
-            let weight = if self.radiometric {
-                f64::from(u8::from(faces))
-            } else {
-                // The plane's place at the texel's middle: planes keep no other.
-                let toward = middle_of / own_inverse - receiver.position;
-                let cosines = receiver.normal.dot(toward).max(0.0) * -source.normal.dot(toward).min(0.0);
-                cosines / toward.length_squared().max(1e-30)
-            };
-            light += source.radiance * weight * f64::from(fresh);
+        let at = |offset: f64| (f64::from(i) + offset) / f64::from(self.steps);
+        let (begin, end) = (if i == 0 { 0.0 } else { strides(at(0.0)) }, strides(at(1.0)));
+        let way = strides(at(side.jitter));
+        let point = own + way * step;
+        let texel = [0, 1].map(|a| ((point[a] / f64::from(scale)) as u32).min(image.size[a] - 1));
+        let source = &image.pixels[(texel[1] * image.size[0] + texel[0]) as usize];
+        let before = side.before;
+        if source.depth <= 0.0 {
+            // Nothing runs on behind the sky.
+            side.before = (way, f64::NEG_INFINITY);
+            return DVec3::ZERO;
         }
-        light
+        // The texel's plane, where the ray at a way meets it; not followed to other depths than about its own.
+        let slope = (source.normal.dot(source.position) / source.depth).min(MIN_SLOPE);
+        let own_ray = source.position / source.depth;
+        let inverse_at = |ray: DVec3| (1.0 + source.normal.dot(ray - own_ray) / slope) / source.depth;
+        let middle_of = ray_of(DVec2::new(f64::from(texel[0]) + 0.5, f64::from(texel[1]) + 0.5) * f64::from(scale));
+        let own_inverse = inverse_at(middle_of).clamp(0.5 / source.depth, 2.0 / source.depth);
+        let inverse = |way: f64| own_inverse + inverse_at(ray_of(own + way * step)) - inverse_at(middle_of);
+        let on_plane = |way: f64| ray_of(own + way * step) / inverse(way).clamp(0.5 * own_inverse, 2.0 * own_inverse);
+        let faces = inverse(0.0) * receiver.depth < 1.0;
+        side.before = (way, own_inverse);
+        let seen = ray_of(own + way * step) / inverse(way);
+        let back = ray_of(own + way * step).normalize() * self.thickness;
+        let fronts = if self.radiometric {
+            // Behind what the sample before showed, the two meet on the way.
+            let behind = inverse(before.0) < before.1;
+            let met = if behind { begin.min(before.0) } else { begin };
+            let first = (if faces { met } else { begin.max(0.5 * way) }).max(NEAREST);
+            vec![on_plane(first), on_plane(end)]
+        } else {
+            vec![seen]
+        };
+        if (seen - receiver.position).length() > self.radius {
+            return DVec3::ZERO;
+        }
+        let angle = |p: &DVec3| slice.angle_of(sign, *p - receiver.position);
+        let order = |a: &DVec3, b: &DVec3| angle(a).total_cmp(&angle(b));
+        let nearest = fronts.iter().copied().min_by(order).unwrap_or_default();
+        let farthest = fronts.iter().copied().max_by(order).unwrap_or_default();
+        let ends = [nearest, farthest + back].map(|p| self.sector(slice, sign, p - receiver.position));
+        let first = (ends[0].min(ends[1]) + rounding).floor() as usize;
+        let last = (ends[0].max(ends[1]) + rounding).floor() as usize;
+        let mut fresh = 0;
+        for sector in &mut hidden[first.min(self.sectors as usize)..last.min(self.sectors as usize)] {
+            fresh += u32::from(!*sector);
+            *sector = true;
+        }
+        let weight = if self.radiometric {
+            f64::from(u8::from(faces))
+        } else {
+            // The plane's place at the texel's middle: planes keep no other.
+            let toward = middle_of / own_inverse - receiver.position;
+            let cosines = receiver.normal.dot(toward).max(0.0) * -source.normal.dot(toward).min(0.0);
+            cosines / toward.length_squared().max(1e-30)
+        };
+        source.radiance * weight * f64::from(fresh)
     }
 
     /// Pixels to the edge of the screen, or to where no point within the radius is seen any more.

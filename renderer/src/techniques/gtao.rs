@@ -46,11 +46,13 @@ pub const TECHNIQUE: Technique = Technique {
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Gtao::from_settings(settings)?;
+    let mut constants = parameters.constants();
+    constants.push(("FALLS", f64::from(u8::from(parameters.falloff > 0.0))));
     let gather = SliceGather {
         technique: Gtao::TECHNIQUE,
         shader: "gtao/gather",
         features: &[],
-        constants: &parameters.constants(),
+        constants: &constants,
         finds: Finds::Occlusion,
         radius: parameters.radius,
         resolution: parameters.resolution,

@@ -1,4 +1,4 @@
-// variants: light, wide, ambient
+// variants: light, wide, ambient, packed
 // Screen-space indirect light with a visibility bitmask (Therrien et al. 2023, Algorithm 1): along each slice every sample
 // hides the sectors between its front and its back, a thickness farther from the eye, and lights the receiver through
 // those that nothing hid before. Without `light` only openness is found. `wide` has up to 128 sectors; with `ambient` the
@@ -7,13 +7,14 @@
 // Estimator `published`: sectors of equal angle, light weighted by both cosines, samples as points. `radiometric`: sectors
 // of equal cosine-weighted solid angle, slices weighted by the projected normal, no cosine at the source (sectors are
 // solid angles already), and each sample stands for its whole stride.
-import package::common::math::{PI, random3, spread2};
+import package::common::math::{PI, nearest_whole, random3, spread2};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::plane::{plane_gradient, plane_inverse_depth, plane_radiance};
 import package::common::surfel::surfel_depth;
+@if(light && packed) import package::common::surfel::with_radiance;
 import package::common::slice::{
-    Screen, Receiver, Slice, Side, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, begin_of,
-    Before, BEHIND_ALL, nearer_to_eye, is_within, back_of, direction_of, away, arc, arc_of_side, angle_of, ray_at,
+    Screen, Receiver, Slice, Side, Strides, Place, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
+    place_at, place_on, ray_of, ray_at, begin_of, Before, BEHIND_ALL, NEAREST, is_within, back_of, arc_of_side, turn_of,
 };
 @if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor, latlong, small_map};
 import package::bitmask::sectors::{Mask, sectors, count_sectors};
@@ -32,8 +33,9 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(5) var planes: texture_2d<u32>;
-// Light in rgb, openness in a; or openness alone.
-@if(light) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+// Light in rgb, openness in a; with `packed` surfels with the light as radiance; or openness alone.
+@if(light && packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32uint, write>;
+@if(light && !packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
 @if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
@@ -58,32 +60,45 @@ const SECTOR_STREAM: u32 = 2049u;
 // Successive slices of a pixel jitter their steps apart by the golden ratio.
 const GOLDEN: f32 = 0.6180339887498949;
 
-/// From angles on one side of a slice to sectors: `base + slope * measure`, where the measure is the angle or the arc.
+/// Keeps sector 0 from becoming -1 where an angle is rounded to less than none.
+const LEAST_CHANCE: f32 = 1e-3;
+
+/// From places on one side of a slice to sectors: `base - of_cosine cos 2h + of_angle h - of_sine sin 2h` of their angle h,
+/// which is the angle itself or `arc`.
 struct Scale {
     base: f32,
-    slope: f32,
-    // Sine of the normal's angle, as seen from this side: the surface's plane stands at the cosine -sin_angle.
+    of_cosine: f32,
+    of_sine: f32,
+    of_angle: f32,
+    // At the plane of the surface, which has this normal: nothing below it counts.
+    end: f32,
+    cos_angle: f32,
     sin_angle: f32,
 }
 
-fn scale_of(slice: Slice, sign: f32) -> Scale {
+/// Sector i covers i - 0.5..i + 0.5, as `nearest_whole` takes it; `rounding` is added to all of them.
+fn scale_of(slice: Slice, sign: f32, rounding: f32) -> Scale {
+    let sin_angle = sign * slice.sin_angle;
+    let lowest = rounding - 0.5;
+    let end = select(0.0, f32(SECTORS), sign > 0.0) + lowest;
     if RADIOMETRIC {
         let count = f32(SECTORS) / (slice.cos_angle + slice.angle * slice.sin_angle);
-        return Scale(arc_of_side(slice, -1.0) * count, sign * count, sign * slice.sin_angle);
+        let of_cosine = sign * 0.25 * count * slice.cos_angle;
+        let of_sine = sign * 0.25 * count * sin_angle;
+        let base = arc_of_side(slice, -1.0) * count + lowest + of_cosine;
+        return Scale(base, of_cosine, of_sine, 2.0 * of_sine, end, slice.cos_angle, sin_angle);
     }
     let count = f32(SECTORS) / PI;
-    return Scale((0.5 * PI - slice.angle) * count, sign * count, sign * slice.sin_angle);
+    return Scale((0.5 * PI - slice.angle) * count + lowest, 0.0, 0.0, sign * count, end, slice.cos_angle, sin_angle);
 }
 
-/// Place among the sectors of a direction (cosine, sine); sector i covers i..i+1.
-fn sector_of(scale: Scale, slice: Slice, direction: vec2f) -> f32 {
-    let above = direction.x > -scale.sin_angle;
-    let cosine = select(-scale.sin_angle, direction.x, above);
-    var measure = angle_of(cosine);
+fn sector_of(scale: Scale, place: vec2f) -> f32 {
+    let h = turn_of(place);
+    var sector = scale.base + scale.of_angle * h.angle;
     if RADIOMETRIC {
-        measure = arc(measure, cosine, select(slice.cos_angle, direction.y, above), slice.cos_angle, scale.sin_angle);
+        sector += -scale.of_cosine * h.cosine - scale.of_sine * h.sine;
     }
-    return scale.base + scale.slope * measure;
+    return select(scale.end, sector, place.x * scale.cos_angle + place.y * scale.sin_angle > 0.0);
 }
 
 /// What a slice knows as its steps go on.
@@ -92,66 +107,76 @@ struct State {
     @if(light) light: vec3f,
 }
 
-fn walk(
+/// One side of a slice, and where its next stride and sample stand.
+struct Walk {
+    side: Side,
+    scale: Scale,
+    strides: Strides,
+    begin: f32,
+    end: f32,
+    way: f32,
+    before: Before,
+}
+
+/// What all samples of a receiver share: lengths in its depth.
+struct Reach {
+    radius: f32,
+    thickness: f32,
+    thickness_slope: f32,
+}
+
+fn begin_walk(receiver: Receiver, slice: Slice, reach: Reach, sign: f32, jitter: f32, rounding: f32, screen: Screen) -> Walk {
+    let side = side_of(receiver, slice, sign, reach.radius, screen);
+    let strides = strides_of(f32(STEPS), jitter, side.reach, screen.scale, SPACING);
+    let scale = scale_of(slice, sign, rounding);
+    return Walk(side, scale, strides, NEAREST, strides.end, strides.way, Before(NEAREST, 1.0));
+}
+
+/// Takes in what the texel of the walk's sample shows, and steps on.
+fn take(
     state: ptr<function, State>,
+    walk: ptr<function, Walk>,
     receiver: Receiver,
-    slice: Slice,
-    sign: f32,
-    jitter: f32,
-    rounding: f32,
+    reach: Reach,
+    seen: Place,
+    words: vec4u,
     screen: Screen,
 ) {
-    let unit = 1.0 / receiver.depth;
-    let radius = params.radius * unit;
-    let side = side_of(receiver, slice, sign, radius, screen);
-    let scale = scale_of(slice, sign);
-    let last = vec2i(textureDimensions(planes)) - 1;
-    let inverse_scale = 1.0 / screen.scale;
-    let strides = strides_of(f32(STEPS), jitter, side.reach, screen.scale, SPACING);
-    var before = Before(0.0, 1.0);
-    var begin = 0.0;
-    var end = strides.end;
-    var way = strides.way;
-    for (var i = 0u; i < STEPS; i++) {
-        let texel = min(vec2i((receiver.pixel + way * side.step) * inverse_scale), last);
-        let words = textureLoad(planes, texel, 0);
-        let plane = plane_of(receiver, side, words, texel, screen);
-        var nearest: vec3f;
-        var farthest: vec3f;
-        // A place between the two, in the same coordinates.
-        var middle: vec3f;
-        if RADIOMETRIC {
-            let near = place_on(plane, receiver, side, begin_of(plane, begin, way, before));
-            let far = place_on(plane, receiver, side, end);
-            middle = near + far;
-            nearest = nearer_to_eye(near, far);
-            farthest = middle - nearest;
-        } else {
-            middle = place_on(plane, receiver, side, way);
-            nearest = middle;
-            farthest = middle;
-        }
-        // The back lies farther from the eye by the thickness of what is there.
-        let back = back_of(farthest, away(receiver, side, way), params.thickness * unit, params.thickness_slope);
-        let a = sector_of(scale, slice, direction_of(nearest.xy));
-        let b = sector_of(scale, slice, direction_of(back));
-        // Half a sector is a sector (the paper's criterion "round"), or each part of one by chance.
-        let first = i32(min(a, b) + rounding);
-        let hidden = sectors(first, select(first, i32(max(a, b) + rounding), is_within(middle, radius)));
-        @if(light) {
-            let fresh = count_sectors(hidden & ~(*state).mask);
-            var weight = select(0.0, fresh, plane.faces);
-            if !RADIOMETRIC {
-                weight = fresh * cosines(receiver, words, texel, screen);
-            }
-            (*state).light += weight * plane_radiance(words);
-        }
-        (*state).mask |= hidden;
-        before = Before(way, select(BEHIND_ALL, plane.own, plane.own > 0.0));
-        begin = end;
-        end = end * strides.factor + strides.addend;
-        way = way * strides.factor + strides.addend;
+    let side = (*walk).side;
+    let way = (*walk).way;
+    let end = (*walk).end;
+    let plane = plane_of(receiver, side, words, seen.offset, way);
+    let ray = ray_of(receiver, side, way);
+    let place = place_at(receiver, ray, plane.here);
+    var nearest = place;
+    var farthest = place;
+    if RADIOMETRIC {
+        // Along a plane whose front faces the receiver the angle from the eye falls, along others it grows.
+        let start = begin_of(plane, (*walk).begin, way, (*walk).before);
+        nearest = place_on(plane, receiver, side, select(start, end, plane.faces));
+        farthest = place_on(plane, receiver, side, select(end, start, plane.faces));
     }
+    // The back lies farther from the eye by the thickness of what is there.
+    let back = back_of(farthest, ray * inverseSqrt(dot(ray, ray)), reach.thickness, reach.thickness_slope);
+    // Half a sector is a sector (the paper's criterion "round"), or each part of one by chance.
+    let near_end = sector_of((*walk).scale, nearest.xy);
+    let far_end = sector_of((*walk).scale, back);
+    let first = nearest_whole(select(far_end, near_end, side.sign > 0.0));
+    let last = nearest_whole(select(near_end, far_end, side.sign > 0.0));
+    let hidden = sectors(first, select(first, last, is_within(place, reach.radius)));
+    @if(light) {
+        let fresh = count_sectors(hidden & ~(*state).mask);
+        var weight = select(0.0, fresh, plane.faces);
+        if !RADIOMETRIC {
+            weight = fresh * cosines(receiver, words, seen.texel, screen);
+        }
+        (*state).light += weight * plane_radiance(words);
+    }
+    (*state).mask |= hidden;
+    (*walk).before = Before(way, select(BEHIND_ALL, plane.own, plane.own > 0.0));
+    (*walk).begin = end;
+    (*walk).end = end * (*walk).strides.factor + (*walk).strides.addend;
+    (*walk).way = way * (*walk).strides.factor + (*walk).strides.addend;
 }
 
 /// What a surface that faces `normal` receives of the environment.
@@ -169,8 +194,8 @@ fn irradiance(normal: vec3f) -> vec3f {
 /// weighted by its open sectors.
 @if(ambient && light)
 fn outside(mask: Mask, receiver: Receiver, slice: Slice, rounding: f32) -> vec3f {
-    let above = scale_of(slice, 1.0);
-    let below = scale_of(slice, -1.0);
+    let above = scale_of(slice, 1.0, rounding);
+    let below = scale_of(slice, -1.0, rounding);
     let first = small_map(environment[0]);
     var sum = vec3f(0.0);
     var begin = 0;
@@ -181,7 +206,7 @@ fn outside(mask: Mask, receiver: Receiver, slice: Slice, rounding: f32) -> vec3f
         if end_angle > 0.0 {
             scale = above;
         }
-        var end = i32(floor(sector_of(scale, slice, vec2f(cos(end_angle), abs(sin(end_angle)))) + rounding));
+        var end = nearest_whole(sector_of(scale, vec2f(cos(end_angle), abs(sin(end_angle)))));
         end = select(end, i32(SECTORS), i + 1u == DIRECTIONS);
         let open = count_sectors(sectors(begin, end) & ~mask);
         begin = end;
@@ -203,7 +228,7 @@ fn cosines(receiver: Receiver, words: vec4u, texel: vec2i, screen: Screen) -> f3
     let inverse = plane_inverse_depth(words) * receiver.depth;
     let toward = vec3f(ray, -1.0) - vec3f(receiver.ray, -1.0) * inverse;
     // One over depth is dot(v, ray) for a vector v against the plane's normal.
-    let against = plane_gradient(words) * receiver.depth / screen.ray_scale;
+    let against = plane_gradient(words) * receiver.depth * screen.inverse_scale * screen.inverse_ray_scale;
     let v = vec3f(against, dot(against, ray) - inverse);
     let lengths = max(dot(toward, toward) * sqrt(dot(v, v)), 1e-30);
     return max(dot(receiver.normal, toward), 0.0) * max(dot(v, toward), 0.0) / lengths;
@@ -216,24 +241,37 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     let own = textureLoad(surfels, id.xy, 0);
     if surfel_depth(own) <= SKY_DEPTH {
-        textureStore(gathered, id.xy, vec4f(0.0));
+        @if(light && packed) { textureStore(gathered, id.xy, vec4u(0u)); }
+        @if(!light || !packed) { textureStore(gathered, id.xy, vec4f(0.0)); }
         return;
     }
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
     let receiver = receiver_of(own, id.xy, screen);
     let random = spread2(id.xy, view.frame, SLICE_STREAM, view.seed, OVER_FRAMES);
     let chance = random3(id.xy, view.frame, SECTOR_STREAM, view.seed).x;
+    let unit = 1.0 / receiver.depth;
+    let reach = Reach(params.radius * unit, params.thickness * unit, params.thickness_slope);
     var open = 1.0;
     @if(light) var light = vec3f(0.0);
     @if(ambient && light) var around = vec3f(0.0);
     for (var i = 0u; i < SLICES; i++) {
-        let slice = slice_of(receiver, PI / f32(SLICES) * (f32(i) + random.x));
+        let slice = slice_of(receiver, (f32(i) + random.x) / f32(SLICES));
         // Each slice's sectors are rounded by another number.
-        let rounding = select(0.5, fract(chance + GOLDEN * f32(i)), RADIOMETRIC);
+        let rounding = select(0.5, max(fract(chance + GOLDEN * f32(i)), LEAST_CHANCE), RADIOMETRIC);
         let jitter = select(0.5, fract(random.y + GOLDEN * f32(i)), JITTER);
         var state: State;
-        walk(&state, receiver, slice, 1.0, jitter, rounding, screen);
-        walk(&state, receiver, slice, -1.0, select(0.5, fract(jitter + 0.5), JITTER), rounding, screen);
+        var right = begin_walk(receiver, slice, reach, 1.0, jitter, rounding, screen);
+        let other = select(0.5, fract(jitter + 0.5), JITTER);
+        var left = begin_walk(receiver, slice, reach, -1.0, other, rounding, screen);
+        for (var step = 0u; step < STEPS; step++) {
+            // Both fetches first: one waits for memory while the other does.
+            let seen_right = seen_at(right.side, right.way);
+            let seen_left = seen_at(left.side, left.way);
+            let words_right = textureLoad(planes, seen_right.texel, 0);
+            let words_left = textureLoad(planes, seen_left.texel, 0);
+            take(&state, &right, receiver, reach, seen_right, words_right, screen);
+            take(&state, &left, receiver, reach, seen_left, words_left, screen);
+        }
         // Cosine-weighted solid angle of the slice; its mean over all azimuths is 1.
         let weight = select(1.0, slice.weight * (slice.cos_angle + slice.angle * slice.sin_angle), RADIOMETRIC);
         let share = weight / f32(SLICES * SECTORS);
@@ -258,6 +296,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     // Weights of single slices may hide more than everything, rounding may open more.
     open = saturate(open);
-    @if(light) { textureStore(gathered, id.xy, vec4f(max(light, vec3f(0.0)), open)); }
+    @if(light && !packed) { textureStore(gathered, id.xy, vec4f(max(light, vec3f(0.0)), open)); }
+    @if(light && packed) { textureStore(gathered, id.xy, with_radiance(own, max(light, vec3f(0.0)))); }
     @if(!light) { textureStore(gathered, id.xy, vec4f(open)); }
 }

@@ -2,17 +2,25 @@
 @if(wide) alias Mask = vec4u;
 @if(!wide) alias Mask = u32;
 
+/// Bits from `n` on, 0..32.
+@if(!wide)
+fn bits_from(n: i32) -> u32 {
+    // A shift by 32 is one by 0.
+    return select(0u, 0xffffffffu << u32(n), n < 32);
+}
+
 /// Bits under `n`, of a word whose first sector is `base`.
+@if(wide)
 fn bits_under(n: i32, base: i32) -> u32 {
     let count = u32(clamp(n - base, 0, 32));
     // A shift by 32 is one by 0.
     return select((1u << (count & 31u)) - 1u, 0xffffffffu, count == 32u);
 }
 
-/// Sectors `first` up to, not including, `end`.
+/// Sectors `first` up to, not including, `end`; none where that comes before.
 @if(!wide)
 fn sectors(first: i32, end: i32) -> Mask {
-    return bits_under(end, 0) & ~bits_under(first, 0);
+    return bits_from(first) & ~bits_from(end);
 }
 
 @if(wide)

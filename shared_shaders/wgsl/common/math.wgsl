@@ -7,6 +7,30 @@ const LARGEST_FLOAT16: f32 = 65504.0;
 /// Radiance is stored up to here, so that the sum of a whole screen stays within float32.
 const LARGEST_RADIANCE: f32 = 1e30;
 
+/// 1.5 * 2^23: numbers around it are whole, and so the sum of it and a smaller number is rounded to the nearest one.
+const WHOLE: f32 = 12582912.0;
+const WHOLE_BITS: i32 = 0x4b400000;
+
+/// The whole number nearest to `x`, |x| < 2^22: two instructions where a conversion, which must saturate, takes up to four.
+fn nearest_whole(x: f32) -> i32 {
+    return bitcast<i32>(x + WHOLE) - WHOLE_BITS;
+}
+
+/// Likewise.
+fn nearest_whole2(x: vec2f) -> vec2i {
+    return bitcast<vec2i>(x + WHOLE) - WHOLE_BITS;
+}
+
+/// The smaller of two numbers, as one comparison: `min` must also say what it makes of NaN.
+fn least(a: f32, b: f32) -> f32 {
+    return select(b, a, a < b);
+}
+
+/// The larger one.
+fn most(a: f32, b: f32) -> f32 {
+    return select(b, a, a > b);
+}
+
 /// Octahedral map of a unit vector to the square -1..1 (Cigolle et al. 2014).
 fn octahedral_encode(n: vec3f) -> vec2f {
     let p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));

@@ -2,10 +2,13 @@
 // one of these for each sample. One over the depth of a plane is linear on the screen.
 //
 //   word 0  one over planar depth in the middle of the texel, float32; 0 where there is no surface
-//   word 1  its change for a full-resolution pixel to the right, float32 without its last 6 bits | radiance 6 bits
-//   word 2  its change for a pixel downwards, likewise | radiance 6 bits
+//   word 1  its change for a texel to the right, float32 but for the last 6 bits | radiance 6 bits
+//   word 2  its change for a texel downwards, likewise | radiance 6 bits
 //   word 3  radiance, 32 bits: the words of common/surfel.wgsl
-import package::common::surfel::{pack_radiance, unpack_radiance};
+import package::common::surfel::{
+    pack_radiance, surfel_depth, surfel_normal, surfel_pixel, surfel_radiance, unpack_radiance,
+};
+import package::common::view::SKY_DEPTH;
 
 const LOW_BITS: u32 = 63u;
 
@@ -19,12 +22,32 @@ fn pack_plane(inverse_depth: f32, gradient: vec2f, radiance: vec3f) -> vec4u {
     );
 }
 
+/// A surface seen more edge-on than this (cosine) counts as tilted by it: the normals of a silhouette are off by more.
+const MIN_SLOPE: f32 = -0.02;
+
+/// The plane of a surfel, whose texels are `scale` full-resolution pixels wide.
+fn plane_of_surfel(words: vec4u, texel: vec2u, scale: f32, display_size: vec2f, tan_half_fov: vec2f) -> vec4u {
+    let depth = surfel_depth(words);
+    let ray_scale = vec2f(2.0, -2.0) * tan_half_fov / display_size;
+    let pixel = surfel_pixel(words, texel, scale);
+    let ray = pixel * ray_scale + vec2f(-1.0, 1.0) * tan_half_fov;
+    let normal = surfel_normal(words);
+    // Of all points x on the plane dot(n, x) = dot(n, p), and x = ray depth.
+    let slope = min(dot(normal.xy, ray) - normal.z, MIN_SLOPE);
+    let inverse = 1.0 / depth;
+    let gradient = normal.xy * ray_scale * (scale * inverse / slope);
+    let to_middle = vec2f(texel) + 0.5 - pixel / scale;
+    let there = clamp(inverse + dot(gradient, to_middle), 0.5 * inverse, 2.0 * inverse);
+    return select(vec4u(0u), pack_plane(there, gradient, surfel_radiance(words)), depth > SKY_DEPTH);
+}
+
 fn plane_inverse_depth(words: vec4u) -> f32 {
     return bitcast<f32>(words.x);
 }
 
 fn plane_gradient(words: vec4u) -> vec2f {
-    return vec2f(bitcast<f32>(words.y & ~LOW_BITS), bitcast<f32>(words.z & ~LOW_BITS));
+    // The bits of the radiance are worth 2^-17 of it, a thirtieth of what rounding the normals to float16 costs.
+    return bitcast<vec2f>(words.yz);
 }
 
 fn plane_radiance(words: vec4u) -> vec3f {

@@ -5,7 +5,7 @@
 // Inside a slice points have two coordinates, from the receiver: `x` towards the eye, `y` along the slice's tangent on
 // the side that is walked. Lengths are in the receiver's depth, so world units cannot leave float32's range. Angles h
 // are counted from the direction to the eye, 0..pi on either side.
-import package::common::math::PI;
+import package::common::math::{PI, least, most, nearest_whole2};
 import package::common::plane::{plane_gradient, plane_inverse_depth};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_pixel};
 
@@ -13,16 +13,18 @@ import package::common::surfel::{surfel_depth, surfel_normal, surfel_pixel};
 struct Screen {
     // Full-resolution pixels.
     size: vec2f,
-    // From the centre of a full-resolution pixel to its view ray.
+    // From the centre of a full-resolution pixel to its view ray, and back.
     ray_scale: vec2f,
     ray_bias: vec2f,
-    // Width of a texel in full-resolution pixels.
+    inverse_ray_scale: vec2f,
+    // Width of a texel in full-resolution pixels, and of a pixel in texels.
     scale: f32,
+    inverse_scale: f32,
 }
 
 fn screen_of(display_size: vec2f, tan_half_fov: vec2f, scale: f32) -> Screen {
     let ray_scale = vec2f(2.0, -2.0) * tan_half_fov / display_size;
-    return Screen(display_size, ray_scale, vec2f(-1.0, 1.0) * tan_half_fov, scale);
+    return Screen(display_size, ray_scale, vec2f(-1.0, 1.0) * tan_half_fov, 1.0 / ray_scale, scale, 1.0 / scale);
 }
 
 /// View ray, z = -1, of a place in full-resolution pixels.
@@ -49,13 +51,14 @@ fn receiver_of(words: vec4u, texel: vec2u, screen: Screen) -> Receiver {
     let pixel = surfel_pixel(words, texel, screen.scale);
     let ray = ray_at(screen, pixel);
     let square = dot(ray, ray) + 1.0;
-    let to_eye = vec3f(-ray, 1.0) * inverseSqrt(square);
+    let inverse_length = inverseSqrt(square);
+    let to_eye = vec3f(-ray, 1.0) * inverse_length;
     // to_eye.z is positive, so x is never parallel to it but in the limit of a view of 180 degrees.
     let across = normalize(vec3f(to_eye.z, 0.0, -to_eye.x));
     return Receiver(
         pixel,
         ray,
-        sqrt(square),
+        square * inverse_length,
         surfel_normal(words),
         to_eye,
         across,
@@ -75,23 +78,30 @@ struct Slice {
     sin_angle: f32,
 }
 
-/// The slice at this azimuth around the direction to the eye. Azimuths that are uniform in 0..pi give every direction of
-/// the hemisphere its share.
-fn slice_of(receiver: Receiver, azimuth: f32) -> Slice {
-    let tangent = cos(azimuth) * receiver.across + sin(azimuth) * receiver.up;
+/// The slice at an azimuth of `half_turns`, 0..1, around the direction to the eye. Azimuths that are uniform there give
+/// every direction of the hemisphere its share.
+fn slice_of(receiver: Receiver, half_turns: f32) -> Slice {
+    // Sine and cosine as polynomials around the middle (minimax, within 6e-8).
+    let t = 2.0 * half_turns - 1.0;
+    let w = t * t;
+    let odd = (((1.5146412e-4 * w - 4.673777863e-3) * w + 0.0796897212) * w - 0.6459637266) * w + 1.5707963192;
+    let cosine = -t * odd;
+    let sine = (1.0 - w) * (((-8.567029e-4 * w + 0.0199512908) * w - 0.2336980269) * w + 0.9999999474);
+    let tangent = cosine * receiver.across + sine * receiver.up;
     // A shading normal may turn away from the eye; the hemisphere of one that grazes is the nearest that there is.
     let x = max(dot(receiver.normal, receiver.to_eye), 1e-4);
     let y = dot(receiver.normal, tangent);
-    let weight = sqrt(x * x + y * y);
-    return Slice(tangent, weight, atan2(y, x), x / weight, y / weight);
+    let square = x * x + y * y;
+    let inverse = inverseSqrt(square);
+    let angle = turn_of(vec2f(x, abs(y))).angle;
+    return Slice(tangent, square * inverse, select(-angle, angle, y > 0.0), x * inverse, y * inverse);
 }
 
 /// Cosine-weighted solid angle of a slice from the direction to the eye to angle h on one side, for a projected normal
-/// of length 1 (Jimenez et al. 2016, Equation 7). `cos_h`, `sin_h` are those of h; `sin_angle` is that of the normal, its
-/// sign turned where the side is the one away from the tangent. Multiplied by `weight`, its mean over all azimuths is
-/// the share of the hemisphere.
-fn arc(h: f32, cos_h: f32, sin_h: f32, cos_angle: f32, sin_angle: f32) -> f32 {
-    return 0.5 * (sin_h * sin_h * cos_angle + (h - sin_h * cos_h) * sin_angle);
+/// of length 1 (Jimenez et al. 2016, Equation 7). `sin_angle` is that of the normal, its sign turned where the side is the
+/// one away from the tangent. Multiplied by `weight`, its mean over all azimuths is the share of the hemisphere.
+fn arc(h: Turn, cos_angle: f32, sin_angle: f32) -> f32 {
+    return 0.25 * ((1.0 - h.cosine) * cos_angle + (2.0 * h.angle - h.sine) * sin_angle);
 }
 
 /// `arc` of a whole side, up to the plane of the surface.
@@ -103,10 +113,10 @@ fn arc_of_side(slice: Slice, sign: f32) -> f32 {
 struct Side {
     // +1 on the side of the tangent, -1 on the other.
     sign: f32,
-    // On the screen: pixels for each pixel of way.
+    // The receiver's place in texels from the middle of the first one, and texels for each pixel of way.
+    start: vec2f,
     step: vec2f,
-    // The view ray's change for each pixel, with z = 0, and the same in the slice's own coordinates.
-    ray_step: vec2f,
+    // What a pixel of way adds to the view ray, in the slice's own coordinates.
     towards_eye: f32,
     along: f32,
     // Way to walk, pixels: to the edge of the screen or to where the radius ends.
@@ -115,32 +125,33 @@ struct Side {
 
 /// `radius` is in the receiver's depth.
 fn side_of(receiver: Receiver, slice: Slice, sign: f32, radius: f32, screen: Screen) -> Side {
-    let tangent = sign * slice.tangent;
-    // Where p + t tangent is seen as t grows.
-    let heading = (tangent.xy + receiver.ray * tangent.z) / screen.ray_scale;
+    // Where p + t tangent is seen as t grows. The sign comes last, so that both sides share what comes before.
+    let heading = (slice.tangent.xy + receiver.ray * slice.tangent.z) * screen.inverse_ray_scale;
     let along = inverseSqrt(max(dot(heading, heading), 1e-30));
-    let step = heading * along;
-    let towards_eye = -along * tangent.z * receiver.ray_length;
+    let step = sign * (heading * along);
+    let towards_eye = -sign * (along * slice.tangent.z * receiver.ray_length);
     // The way on which the screen ends...
     let room = select(receiver.pixel, screen.size - receiver.pixel, step > vec2f(0.0)) / max(abs(step), vec2f(1e-6));
-    var reach = min(room.x, room.y);
     // ... and the one on which the ray leaves a ball of the radius around the receiver: it is seen under the angle whose
-    // sine is radius / distance.
+    // sine is radius / distance. Without a tangent the ball holds the eye, and nothing leaves it.
     let sine = radius / receiver.ray_length;
-    if sine < 1.0 {
-        let tangent_of = sine * inverseSqrt(1.0 - sine * sine);
-        let slope = along + tangent_of * towards_eye;
-        if slope > 0.0 {
-            reach = min(reach, receiver.ray_length * tangent_of / slope);
-        }
-    }
-    return Side(sign, step, step * screen.ray_scale, towards_eye, along, reach);
+    let tangent_of = sine * inverseSqrt(max(1.0 - sine * sine, 1e-30));
+    let slope = along + tangent_of * towards_eye;
+    let ball = select(1e30, receiver.ray_length * tangent_of / slope, sine < 1.0 && slope > 0.0);
+    let reach = max(min(min(room.x, room.y), ball), NEAREST);
+    return Side(
+        sign,
+        receiver.pixel * screen.inverse_scale - 0.5,
+        step * screen.inverse_scale,
+        towards_eye,
+        along,
+        reach,
+    );
 }
 
-/// Unit vector away from the eye of what is seen there, in the slice.
-fn away(receiver: Receiver, side: Side, way: f32) -> vec2f {
-    let ray = vec2f(way * side.towards_eye - receiver.ray_length, way * side.along);
-    return ray * inverseSqrt(dot(ray, ray));
+/// View ray, z = -1, of what is seen `way` pixels from the receiver, in the slice.
+fn ray_of(receiver: Receiver, side: Side, way: f32) -> vec2f {
+    return vec2f(way * side.towards_eye - receiver.ray_length, way * side.along);
 }
 
 const SPACING_CONSTANT: u32 = 0u;
@@ -159,7 +170,7 @@ struct Strides {
 fn strides_of(steps: f32, jitter: f32, reach: f32, scale: f32, spacing: u32) -> Strides {
     if spacing == SPACING_CONSTANT {
         let stride = reach / steps;
-        return Strides(1.0, stride, stride, stride * jitter);
+        return Strides(1.0, stride, stride, max(stride * jitter, NEAREST));
     }
     let first = min(scale, reach);
     let octaves = log2(max(reach, 1e-3) / max(first, 1e-3)) / steps;
@@ -170,34 +181,55 @@ fn strides_of(steps: f32, jitter: f32, reach: f32, scale: f32, spacing: u32) -> 
 /// The surface that a texel shows, taken for a plane: what stands on it lies in the slice exactly, wherever in the texel
 /// its pixel is, so that a plane does not hide itself. One over its depth is linear on the screen, and so along a side.
 struct Plane {
-    // One over depth, in that of the receiver: in the middle of the texel (0 for sky), along the receiver's ray, and for
-    // each pixel of way.
+    // One over depth, in that of the receiver: in the middle of the texel (0 for sky), where the sample stands, along the
+    // receiver's ray, and for each pixel of way.
     own: f32,
+    here: f32,
     first: f32,
     change: f32,
     // Whether its front faces the receiver, as it faces the eye: it runs behind it.
     faces: bool,
 }
 
-fn plane_of(receiver: Receiver, side: Side, words: vec4u, texel: vec2i, screen: Screen) -> Plane {
-    let own = plane_inverse_depth(words) * receiver.depth;
-    let gradient = plane_gradient(words) * receiver.depth;
-    let first = own + dot(gradient, receiver.pixel - (vec2f(texel) + 0.5) * screen.scale);
-    return Plane(own, first, dot(gradient, side.step), first < 1.0);
+/// What is seen `way` pixels from the receiver: texel, and the way to there from its middle, in texels.
+struct Place {
+    texel: vec2i,
+    offset: vec2f,
 }
 
-/// Where the plane is seen `way` pixels from the receiver: coordinates in the slice times one over its depth, which stands
-/// in z. Directions need no division so.
+fn seen_at(side: Side, way: f32) -> Place {
+    let at = side.start + way * side.step;
+    let texel = nearest_whole2(at);
+    return Place(texel, at - vec2f(texel));
+}
+
+/// The plane of a texel that is seen there.
+fn plane_of(receiver: Receiver, side: Side, words: vec4u, offset: vec2f, way: f32) -> Plane {
+    let own = plane_inverse_depth(words) * receiver.depth;
+    let gradient = plane_gradient(words);
+    let here = own + receiver.depth * dot(gradient, offset);
+    let change = receiver.depth * dot(gradient, side.step);
+    let first = here - way * change;
+    return Plane(own, here, first, change, first < 1.0);
+}
+
+/// A place that is seen along `ray`: coordinates in the slice times one over its depth, which stands in z. Directions need
+/// no division so.
+fn place_at(receiver: Receiver, ray: vec2f, inverse: f32) -> vec3f {
+    return vec3f(receiver.ray_length * inverse + ray.x, ray.y, inverse);
+}
+
+/// Where the plane is seen `way` pixels from the receiver.
 fn place_on(plane: Plane, receiver: Receiver, side: Side, way: f32) -> vec3f {
     // The plane of a texel is not followed to other depths than about its own.
-    let inverse = clamp(plane.first + way * plane.change, 0.5 * plane.own, 2.0 * plane.own);
-    return vec3f(receiver.ray_length * (inverse - 1.0) + way * side.towards_eye, way * side.along, inverse);
+    let inverse = least(most(plane.first + way * plane.change, 0.5 * plane.own), 2.0 * plane.own);
+    return place_at(receiver, ray_of(receiver, side, way), inverse);
 }
 
-/// Whether a place on a plane is within a radius, in the receiver's depth.
+/// Whether a place is within a radius, in the receiver's depth. The sky, at an inverse depth of 0, never is.
 fn is_within(place: vec3f, radius: f32) -> bool {
     let reach = radius * place.z;
-    return dot(place.xy, place.xy) <= reach * reach && place.z > 0.0;
+    return dot(place.xy, place.xy) <= reach * reach;
 }
 
 /// The back of a place: farther from the eye by a thickness, in the receiver's depth, and by `slope` of its depth. `away`
@@ -225,31 +257,37 @@ const NEAREST: f32 = 0.05;
 /// followed back farther than half the way, within which a ball hides nothing of itself.
 fn begin_of(plane: Plane, begin: f32, way: f32, before: Before) -> f32 {
     let behind = plane.first + before.way * plane.change < before.inverse;
-    let first = select(begin, min(begin, before.way), behind);
-    return max(select(max(begin, 0.5 * way), first, plane.faces), NEAREST);
+    return select(most(begin, 0.5 * way), select(begin, least(begin, before.way), behind), plane.faces);
 }
 
-/// Cosine and sine of the angle of a place from the direction to the eye.
-fn direction_of(place: vec2f) -> vec2f {
-    return place * inverseSqrt(max(dot(place, place), 1e-30));
+/// An angle h from the direction to the eye, 0..pi, and the cosine and sine of its double.
+struct Turn {
+    angle: f32,
+    cosine: f32,
+    sine: f32,
 }
 
-/// The one of two places that stands at the smaller angle from the direction to the eye.
-fn nearer_to_eye(a: vec3f, b: vec3f) -> vec3f {
-    return select(b, a, a.x * b.y >= a.y * b.x);
+/// That of a place other than the receiver, y >= 0. Doubles of angles need one division and no square root, and h itself is a polynomial in them:
+/// h = pi/4 - c p(s) for an h up to pi/2, c = cos 2h, s = sin 2h, p(s) = acos(s) / (2 sqrt(1 - s^2)); minimax, within 6e-5
+/// radians, a two-thousandth of one of 64 sectors.
+fn turn_of(place: vec2f) -> Turn {
+    let x = place.x * place.x;
+    let y = place.y * place.y;
+    let inverse = 1.0 / (x + y);
+    let cosine = (x - y) * inverse;
+    let sine = 2.0 * place.x * place.y * inverse;
+    let s = abs(sine);
+    // Factors of s^2 apart, so that products do not wait for one another.
+    let w = s * s;
+    let p = (0.0652049125 * w + 0.3651058225) * w + 0.7853981634 - (0.2174832319 * w + 0.4978230016) * s;
+    // From pi/2 to either side.
+    let from_middle = cosine * p + 0.25 * PI;
+    return Turn(0.5 * PI - select(from_middle, -from_middle, place.x < 0.0), cosine, sine);
 }
 
-/// acos within 7e-5 radians (Abramowitz & Stegun 1964, 4.4.45), a seven-hundredth of one of 64 sectors.
-fn angle_of(cosine: f32) -> f32 {
-    let x = min(abs(cosine), 1.0);
-    let angle = sqrt(1.0 - x) * (((-0.0187293 * x + 0.0742610) * x - 0.2121144) * x + 1.5707288);
-    return select(angle, PI - angle, cosine < 0.0);
-}
-
-/// `arc` up to a direction (cosine, sine) on one side, at most to the plane of the surface.
-fn arc_to(direction: vec2f, slice: Slice, sign: f32) -> f32 {
+/// `arc` up to a place on one side, at most to the plane of the surface.
+fn arc_to(place: vec2f, slice: Slice, sign: f32) -> f32 {
     let sin_angle = sign * slice.sin_angle;
-    let above = direction.x > -sin_angle;
-    let cosine = select(-sin_angle, direction.x, above);
-    return arc(angle_of(cosine), cosine, select(slice.cos_angle, direction.y, above), slice.cos_angle, sin_angle);
+    let above = place.x * slice.cos_angle + place.y * sin_angle > 0.0;
+    return arc(turn_of(select(vec2f(-sin_angle, slice.cos_angle), place, above)), slice.cos_angle, sin_angle);
 }

@@ -74,6 +74,12 @@ fn surfel_radiance(words: vec4u) -> vec3f {
     return unpack_radiance(words.z, words.w);
 }
 
+/// The same surface with other radiance.
+fn with_radiance(words: vec4u, radiance: vec3f) -> vec4u {
+    let packed = pack_radiance(radiance);
+    return vec4u(words.xy, packed.x, packed.y | (words.w & ~4095u));
+}
+
 fn surfel_offset(words: vec4u) -> vec2u {
     return (vec2u(words.w) >> vec2u(12u, 21u)) & vec2u(511u);
 }

@@ -1,9 +1,11 @@
-// variants: openness
-// One pass of a spatial filter over noisy light, or with `openness` over one number a texel: 3x3 taps, joint bilateral
+// variants: openness, packed
+// One pass of a spatial filter over noisy light, or with `openness` over one number a texel, or with `packed` over surfels
+// whose radiance is the light: 3x3 taps, joint bilateral
 // (surfaces from depth and normal), `spacing` texels apart. Passes with spacings 1, 2, 4 widen it at the same cost each
 // (Dammertz et al. 2010).
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
+@if(packed && !openness) import package::common::surfel::{surfel_radiance, with_radiance};
 import package::hierarchical::bilateral::{surface_weight, inverse_tolerance};
 
 struct Params {
@@ -16,8 +18,9 @@ struct Params {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
-@group(0) @binding(3) var noisy: texture_2d<f32>;
-@if(!openness) @group(0) @binding(4) var smoothed: texture_storage_2d<rgba32float, write>;
+@if(!packed || openness) @group(0) @binding(3) var noisy: texture_2d<f32>;
+@if(packed && !openness) @group(0) @binding(4) var smoothed: texture_storage_2d<rgba32uint, write>;
+@if(!openness && !packed) @group(0) @binding(4) var smoothed: texture_storage_2d<rgba32float, write>;
 @if(openness) @group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(8, 8)
@@ -28,7 +31,8 @@ fn denoise(@builtin(global_invocation_id) id: vec3u) {
     }
     let words = textureLoad(surfels, id.xy, 0);
     if surfel_depth(words) <= SKY_DEPTH {
-        textureStore(smoothed, id.xy, vec4f(0.0));
+        @if(packed && !openness) { textureStore(smoothed, id.xy, vec4u(0u)); }
+        @if(!packed || openness) { textureStore(smoothed, id.xy, vec4f(0.0)); }
         return;
     }
     let normal = surfel_normal(words);
@@ -51,9 +55,12 @@ fn denoise(@builtin(global_invocation_id) id: vec3u) {
         // The kernel is flat: its nine taps see the lattice of random numbers cancel.
         let distance = dot(normal, place - position) * tolerance;
         let weight = surface_weight(distance, dot(normal, surfel_normal(other)));
-        sum += weight * textureLoad(noisy, tap, 0);
+        @if(packed && !openness) { sum += weight * vec4f(surfel_radiance(other), 0.0); }
+        @if(!packed || openness) { sum += weight * textureLoad(noisy, tap, 0); }
         weights += weight;
     }
     // The texel itself has weight 1.
-    textureStore(smoothed, id.xy, sum / max(weights, 1e-4));
+    let mean = sum / max(weights, 1e-4);
+    @if(packed && !openness) { textureStore(smoothed, id.xy, with_radiance(words, mean.rgb)); }
+    @if(!packed || openness) { textureStore(smoothed, id.xy, mean); }
 }

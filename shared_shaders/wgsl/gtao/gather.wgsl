@@ -1,10 +1,11 @@
 // Ground-truth ambient occlusion (Jimenez et al. 2016): openness between the horizons of both sides of each slice, where
-// everything that is seen reaches back without end. With FALLOFF occluders lose their weight towards the radius.
-import package::common::math::{PI, spread2};
+// everything that is seen reaches back without end. With FALLS occluders lose their weight towards the radius.
+import package::common::math::{most, spread2};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
 import package::common::slice::{
-    NEAREST,     Screen, Receiver, Slice, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, direction_of, arc_to,
+    Screen, Receiver, Slice, Side, Strides, Place, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
+    place_at, ray_of, arc_to,
 };
 
 struct Params {
@@ -12,7 +13,7 @@ struct Params {
     scale: f32,
     // Scene units.
     radius: f32,
-    // Part of the radius, at its end, over which an occluder's weight falls from 1 to 0; 0 for no end.
+    // Part of the radius, at its end, over which an occluder's weight falls from 1 to 0.
     falloff: f32,
 }
 
@@ -26,36 +27,48 @@ override SLICES: u32 = 1u;
 override STEPS: u32 = 12u;
 override SPACING: u32 = 1u;
 override JITTER: bool = true;
+// Whether there is a falloff.
+override FALLS: bool = false;
 
 // Streams of random numbers, and what sets successive slices apart: those of the bitmask, so that both see the same samples.
 const SLICE_STREAM: u32 = 2048u;
 const GOLDEN: f32 = 0.6180339887498949;
 
-/// Arc between the direction to the eye and the horizon of one side.
-fn open_side(receiver: Receiver, slice: Slice, sign: f32, jitter: f32, screen: Screen) -> f32 {
-    let radius = params.radius / receiver.depth;
+/// One side of a slice, where its next sample stands, and the cosine of its horizon so far, from that of the surface's plane.
+struct Walk {
+    side: Side,
+    strides: Strides,
+    way: f32,
+    lowest: f32,
+    horizon: f32,
+}
+
+fn begin_walk(receiver: Receiver, slice: Slice, radius: f32, sign: f32, jitter: f32, screen: Screen) -> Walk {
     let side = side_of(receiver, slice, sign, radius, screen);
-    let last = vec2i(textureDimensions(planes)) - 1;
-    let inverse_scale = 1.0 / screen.scale;
     let strides = strides_of(f32(STEPS), jitter, side.reach, screen.scale, SPACING);
-    let fade = 1.0 / max(radius * params.falloff, 1e-30);
     let lowest = -sign * slice.sin_angle;
-    var horizon = lowest;
-    var way = strides.way;
-    for (var i = 0u; i < STEPS; i++) {
-        let texel = min(vec2i((receiver.pixel + way * side.step) * inverse_scale), last);
-        let words = textureLoad(planes, texel, 0);
-        let plane = plane_of(receiver, side, words, texel, screen);
-        let place = place_on(plane, receiver, side, max(way, NEAREST));
-        var cosine = direction_of(place.xy).x;
-        if params.falloff > 0.0 {
-            let distance = length(place.xy) / max(place.z, 1e-15);
-            cosine = mix(lowest, cosine, saturate((radius - distance) * fade));
-        }
-        horizon = max(horizon, select(lowest, cosine, plane.own > 0.0));
-        way = way * strides.factor + strides.addend;
+    return Walk(side, strides, strides.way, lowest, lowest);
+}
+
+/// Takes in what the texel of the walk's sample shows, and steps on. `fade` is one over the length on which weights fall.
+fn take(walk: ptr<function, Walk>, receiver: Receiver, radius: f32, fade: f32, seen: Place, words: vec4u) {
+    let side = (*walk).side;
+    let lowest = (*walk).lowest;
+    let plane = plane_of(receiver, side, words, seen.offset, (*walk).way);
+    let place = place_at(receiver, ray_of(receiver, side, (*walk).way), plane.here);
+    var cosine = place.x * inverseSqrt(dot(place.xy, place.xy));
+    if FALLS {
+        let distance = length(place.xy) / most(place.z, 1e-15);
+        cosine = mix(lowest, cosine, saturate((radius - distance) * fade));
     }
-    return arc_to(vec2f(horizon, sqrt(max(1.0 - horizon * horizon, 0.0))), slice, sign);
+    (*walk).horizon = most(select(lowest, cosine, plane.own > 0.0), (*walk).horizon);
+    (*walk).way = (*walk).way * (*walk).strides.factor + (*walk).strides.addend;
+}
+
+/// Arc between the direction to the eye and the horizon of a side.
+fn open_arc(walk: Walk, slice: Slice) -> f32 {
+    let horizon = vec2f(walk.horizon, sqrt(max(1.0 - walk.horizon * walk.horizon, 1e-12)));
+    return arc_to(horizon, slice, walk.side.sign);
 }
 
 @compute @workgroup_size(8, 8)
@@ -71,12 +84,25 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
     let receiver = receiver_of(own, id.xy, screen);
     let random = spread2(id.xy, view.frame, SLICE_STREAM, view.seed, false);
+    let radius = params.radius / receiver.depth;
+    let fade = 1.0 / max(radius * params.falloff, 1e-30);
     var open = 1.0;
     for (var i = 0u; i < SLICES; i++) {
-        let slice = slice_of(receiver, PI / f32(SLICES) * (f32(i) + random.x));
+        let slice = slice_of(receiver, (f32(i) + random.x) / f32(SLICES));
         let jitter = select(0.5, fract(random.y + GOLDEN * f32(i)), JITTER);
         let other = select(0.5, fract(jitter + 0.5), JITTER);
-        let arcs = open_side(receiver, slice, 1.0, jitter, screen) + open_side(receiver, slice, -1.0, other, screen);
+        var right = begin_walk(receiver, slice, radius, 1.0, jitter, screen);
+        var left = begin_walk(receiver, slice, radius, -1.0, other, screen);
+        for (var step = 0u; step < STEPS; step++) {
+            // Both fetches first: one waits for memory while the other does.
+            let seen_right = seen_at(right.side, right.way);
+            let seen_left = seen_at(left.side, left.way);
+            let words_right = textureLoad(planes, seen_right.texel, 0);
+            let words_left = textureLoad(planes, seen_left.texel, 0);
+            take(&right, receiver, radius, fade, seen_right, words_right);
+            take(&left, receiver, radius, fade, seen_left, words_left);
+        }
+        let arcs = open_arc(right, slice) + open_arc(left, slice);
         // What is hidden is taken from 1, so that the weights of single slices bring no noise to what is open.
         let all = slice.cos_angle + slice.angle * slice.sin_angle;
         open -= slice.weight * (all - arcs) / f32(SLICES);

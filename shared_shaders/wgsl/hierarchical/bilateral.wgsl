@@ -16,6 +16,9 @@ fn inverse_tolerance(depth: f32, coarse_scale: f32, tan_half_fov_vertical: f32, 
     return display_height / (2.0 * tan_half_fov_vertical * coarse_scale * depth);
 }
 
+/// Weights sum to at most one; under this the parents agree on nothing.
+const MIN_WEIGHT: f32 = 1e-4;
+
 /// Spatial weights of three texels in a row (quadratic B-spline: smooth, and they sum to one) for a
 /// position `f` in -0.5..0.5 around the middle one.
 fn spline_weights(f: f32) -> vec3f {

@@ -1,11 +1,16 @@
-// Full-resolution textures to surfels: the finest level of the pyramid.
+// variants: planes
+// Full-resolution textures to surfels: the finest level of the pyramid. With `planes` to those, too.
 import package::common::surfel::{Surfel, pack_surfel};
 import package::common::view::SKY_DEPTH;
+@if(planes) import package::common::view::View;
+@if(planes) import package::common::plane::plane_of_surfel;
 
 @group(0) @binding(0) var depth: texture_2d<f32>;
 @group(0) @binding(1) var normal: texture_2d<f32>;
 @group(0) @binding(2) var direct: texture_2d<f32>;
 @group(0) @binding(3) var surfels: texture_storage_2d<rgba32uint, write>;
+@if(planes) @group(0) @binding(4) var<uniform> view: View;
+@if(planes) @group(0) @binding(5) var planes: texture_storage_2d<rgba32uint, write>;
 
 @compute @workgroup_size(8, 8)
 fn pack(@builtin(global_invocation_id) id: vec3u) {
@@ -19,4 +24,8 @@ fn pack(@builtin(global_invocation_id) id: vec3u) {
         words = pack_surfel(Surfel(d, normalize(n), textureLoad(direct, id.xy, 0).rgb, vec2u(0u)));
     }
     textureStore(surfels, id.xy, words);
+    @if(planes) {
+        let plane = plane_of_surfel(words, id.xy, 1.0, view.display_size, view.tan_half_fov);
+        textureStore(planes, id.xy, plane);
+    }
 }

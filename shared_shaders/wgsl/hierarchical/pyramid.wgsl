@@ -1,8 +1,9 @@
-// variants: from_gbuffer
+// variants: from_gbuffer, planes
 // One level of the pyramid from the four children of each texel: surfels, or with `from_gbuffer`
-// full-resolution pixels. Depth and normal are those of one child, never an average.
+// full-resolution pixels. With `planes` it writes those, too. Depth and normal are those of one child, never an average.
 import package::common::surfel::{Surfel, pack_surfel, surfel_depth, surfel_normal, surfel_radiance, surfel_offset};
 import package::common::view::{View, SKY_DEPTH, view_position};
+@if(planes) import package::common::plane::plane_of_surfel;
 import package::hierarchical::same_surface::{same_surface, square_width};
 
 struct Params {
@@ -17,6 +18,7 @@ struct Params {
 @if(from_gbuffer) @group(0) @binding(3) var depth: texture_2d<f32>;
 @if(from_gbuffer) @group(0) @binding(4) var normal: texture_2d<f32>;
 @if(from_gbuffer) @group(0) @binding(5) var direct: texture_2d<f32>;
+@if(planes) @group(0) @binding(6) var planes: texture_storage_2d<rgba32uint, write>;
 
 // Keep the child with the most support (2010, Equation 5) instead of the one nearest to the eye (2009).
 override VOTE: bool = false;
@@ -176,5 +178,10 @@ fn pyramid(@builtin(global_invocation_id) id: vec3u) {
         same.rgb * share,
         kept.surfel.offset + kept.place * u32(params.child_scale),
     );
-    textureStore(surfels, id.xy, select(vec4u(0u), pack_surfel(surfel), kept.value > 0.0));
+    let words = select(vec4u(0u), pack_surfel(surfel), kept.value > 0.0);
+    textureStore(surfels, id.xy, words);
+    @if(planes) {
+        let scale = 2.0 * params.child_scale;
+        textureStore(planes, id.xy, plane_of_surfel(words, id.xy, scale, view.display_size, view.tan_half_fov));
+    }
 }

@@ -6,7 +6,7 @@ import package::common::view::{View, SKY_DEPTH};
 @if(to_display) import package::common::view::{uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
-import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, kernel_weights};
+import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, kernel_weights, MIN_WEIGHT};
 
 struct Params {
     // Widths of a texel of either level in full-resolution pixels.
@@ -152,7 +152,5 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
-// Weights sum to at most one; under this the parents agree on nothing.
-const MIN_WEIGHT: f32 = 1e-4;
 // The smallest normal float: the sky has no depth to divide by.
 const SMALLEST_DEPTH: f32 = 1.17549435e-38;

@@ -1,16 +1,17 @@
-// variants: ambient
+// variants: ambient, packed
 // Horizon-based indirect lighting (Mayaux 2018): along each side of a slice, a sample above the horizon so far lights the
 // receiver through the angle between the two. What lies under the horizon is hidden: the depth buffer is a height field. With `ambient` the
 // environment adds what a surface of the normal receives, times openness.
 // Light in rgb, openness in a.
-import package::common::math::{PI, spread2};
+import package::common::math::{most, spread2};
 @if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::plane::plane_radiance;
 import package::common::surfel::surfel_depth;
+@if(packed) import package::common::surfel::with_radiance;
 import package::common::slice::{
-    NEAREST, is_within,     Screen, Receiver, Slice, screen_of, receiver_of, slice_of, side_of, strides_of, plane_of, place_on, direction_of,
-    arc_to,
+    Screen, Receiver, Slice, Side, Strides, Place, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
+    place_at, ray_of, is_within, arc_of_side, arc_to,
 };
 
 struct Params {
@@ -24,7 +25,9 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(5) var planes: texture_2d<u32>;
-@group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+// With `packed` surfels with the light as radiance.
+@if(packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32uint, write>;
+@if(!packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 
 @if(ambient) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
@@ -37,34 +40,36 @@ override JITTER: bool = true;
 const SLICE_STREAM: u32 = 2048u;
 const GOLDEN: f32 = 0.6180339887498949;
 
-/// Light of one side, and in the last component the arc that stays open.
-fn walk(receiver: Receiver, slice: Slice, sign: f32, jitter: f32, screen: Screen) -> vec4f {
-    let radius = params.radius / receiver.depth;
+/// One side of a slice, where its next sample stands, the cosine of its horizon so far, the arc that this leaves open, and
+/// the light found below.
+struct Walk {
+    side: Side,
+    strides: Strides,
+    way: f32,
+    horizon: f32,
+    open: f32,
+    light: vec3f,
+}
+
+fn begin_walk(receiver: Receiver, slice: Slice, radius: f32, sign: f32, jitter: f32, screen: Screen) -> Walk {
     let side = side_of(receiver, slice, sign, radius, screen);
-    let last = vec2i(textureDimensions(planes)) - 1;
-    let inverse_scale = 1.0 / screen.scale;
     let strides = strides_of(f32(STEPS), jitter, side.reach, screen.scale, SPACING);
-    let lowest = -sign * slice.sin_angle;
-    var horizon = lowest;
-    var open = arc_to(vec2f(lowest, slice.cos_angle), slice, sign);
-    var light = vec3f(0.0);
-    var way = strides.way;
-    for (var i = 0u; i < STEPS; i++) {
-        let texel = min(vec2i((receiver.pixel + way * side.step) * inverse_scale), last);
-        let words = textureLoad(planes, texel, 0);
-        let plane = plane_of(receiver, side, words, texel, screen);
-        let place = place_on(plane, receiver, side, max(way, NEAREST));
-        let direction = direction_of(place.xy);
-        if direction.x > horizon && is_within(place, radius) {
-            let left = arc_to(direction, slice, sign);
-            // The approximation of acos does not fall everywhere that it should: never less than nothing.
-            light += select(0.0, max(open - left, 0.0), plane.faces) * plane_radiance(words);
-            open = left;
-            horizon = direction.x;
-        }
-        way = way * strides.factor + strides.addend;
-    }
-    return vec4f(light, open);
+    return Walk(side, strides, strides.way, -sign * slice.sin_angle, arc_of_side(slice, sign), vec3f(0.0));
+}
+
+/// Takes in what the texel of the walk's sample shows, and steps on.
+fn take(walk: ptr<function, Walk>, receiver: Receiver, slice: Slice, radius: f32, seen: Place, words: vec4u) {
+    let side = (*walk).side;
+    let plane = plane_of(receiver, side, words, seen.offset, (*walk).way);
+    let place = place_at(receiver, ray_of(receiver, side, (*walk).way), plane.here);
+    let cosine = place.x * inverseSqrt(dot(place.xy, place.xy));
+    let rises = cosine > (*walk).horizon && is_within(place, radius);
+    let left = select((*walk).open, arc_to(place.xy, slice, side.sign), rises);
+    // The approximation of the angle does not fall everywhere that it should: never less than nothing.
+    (*walk).light += select(0.0, most((*walk).open - left, 0.0), plane.faces) * plane_radiance(words);
+    (*walk).open = left;
+    (*walk).horizon = select((*walk).horizon, cosine, rises);
+    (*walk).way = (*walk).way * (*walk).strides.factor + (*walk).strides.addend;
 }
 
 @compute @workgroup_size(8, 8)
@@ -74,18 +79,31 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     let own = textureLoad(surfels, id.xy, 0);
     if surfel_depth(own) <= SKY_DEPTH {
-        textureStore(gathered, id.xy, vec4f(0.0));
+        @if(packed) { textureStore(gathered, id.xy, vec4u(0u)); }
+        @if(!packed) { textureStore(gathered, id.xy, vec4f(0.0)); }
         return;
     }
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
     let receiver = receiver_of(own, id.xy, screen);
     let random = spread2(id.xy, view.frame, SLICE_STREAM, view.seed, false);
+    let radius = params.radius / receiver.depth;
     var sum = vec4f(0.0, 0.0, 0.0, 1.0);
     for (var i = 0u; i < SLICES; i++) {
-        let slice = slice_of(receiver, PI / f32(SLICES) * (f32(i) + random.x));
+        let slice = slice_of(receiver, (f32(i) + random.x) / f32(SLICES));
         let jitter = select(0.5, fract(random.y + GOLDEN * f32(i)), JITTER);
         let other = select(0.5, fract(jitter + 0.5), JITTER);
-        let both = walk(receiver, slice, 1.0, jitter, screen) + walk(receiver, slice, -1.0, other, screen);
+        var right = begin_walk(receiver, slice, radius, 1.0, jitter, screen);
+        var left = begin_walk(receiver, slice, radius, -1.0, other, screen);
+        for (var step = 0u; step < STEPS; step++) {
+            // Both fetches first: one waits for memory while the other does.
+            let seen_right = seen_at(right.side, right.way);
+            let seen_left = seen_at(left.side, left.way);
+            let words_right = textureLoad(planes, seen_right.texel, 0);
+            let words_left = textureLoad(planes, seen_left.texel, 0);
+            take(&right, receiver, slice, radius, seen_right, words_right);
+            take(&left, receiver, slice, radius, seen_left, words_left);
+        }
+        let both = vec4f(right.light + left.light, right.open + left.open);
         let all = slice.cos_angle + slice.angle * slice.sin_angle;
         sum += slice.weight / f32(SLICES) * (both - vec4f(0.0, 0.0, 0.0, all));
     }
@@ -99,5 +117,6 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         sum = max(sum, vec4f(0.0));
     }
     // Weights of single slices may hide more than everything, rounding may open more.
-    textureStore(gathered, id.xy, vec4f(max(sum.rgb, vec3f(0.0)), saturate(sum.w)));
+    @if(packed) { textureStore(gathered, id.xy, with_radiance(own, max(sum.rgb, vec3f(0.0)))); }
+    @if(!packed) { textureStore(gathered, id.xy, vec4f(max(sum.rgb, vec3f(0.0)), saturate(sum.w))); }
 }

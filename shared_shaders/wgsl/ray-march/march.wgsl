@@ -1,4 +1,4 @@
-// variants: light, ambient
+// variants: light, ambient, packed
 // Screen-space ray marching (Sousa et al. 2011): rays of random, cosine-distributed directions, stepped along the screen
 // until one is behind what is seen there by less than the thickness. What they hit lights the receiver; without `light`
 // only openness is found: the share of rays that hit nothing. With `ambient` those see the environment.
@@ -6,9 +6,10 @@ import package::common::math::{PI, random3, spread2};
 @if(ambient && light) import package::common::environment::{MAP, latlong};
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
+@if(light && packed) import package::common::surfel::with_radiance;
 @if(light) import package::common::plane::plane_radiance;
 import package::common::slice::{
-    NEAREST, back_of,     Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, plane_of, place_on, away,
+    Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, seen_at, plane_of, place_at, ray_of, back_of,
 };
 
 struct Params {
@@ -25,8 +26,9 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(5) var planes: texture_2d<u32>;
-// Light in rgb, openness in a; or openness alone.
-@if(light) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+// Light in rgb, openness in a; with `packed` surfels with the light as radiance; or openness alone.
+@if(light && packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32uint, write>;
+@if(light && !packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
 @if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
@@ -59,15 +61,17 @@ fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> v
     let leaves = select(1e30, furthest, side.along * receiver.ray_length > slope * radius);
     let reach = min(side.reach, select(leaves, min(leaves, -0.999 * top / slope), slope < 0.0));
     let strides = strides_of(f32(STEPS), jitter, reach, screen.scale, SPACING);
-    let last = vec2i(textureDimensions(planes)) - 1;
+    let thickness = params.thickness / receiver.depth;
+    let thickness_slope = params.thickness_slope;
     var way = strides.way;
     for (var i = 0u; i < STEPS; i++) {
-        let texel = min(vec2i((receiver.pixel + way * side.step) / screen.scale), last);
-        let words = textureLoad(planes, texel, 0);
-        let plane = plane_of(receiver, side, words, texel, screen);
-        let place = place_on(plane, receiver, side, max(way, NEAREST));
-        let back =
-            back_of(place, away(receiver, side, way), params.thickness / receiver.depth, params.thickness_slope);
+        let seen = seen_at(side, way);
+        let words = textureLoad(planes, seen.texel, 0);
+        let plane = plane_of(receiver, side, words, seen.offset, way);
+        let ray = ray_of(receiver, side, way);
+        let place = place_at(receiver, ray, plane.here);
+        let away = ray * inverseSqrt(dot(ray, ray));
+        let back = back_of(place, away, thickness, thickness_slope);
         // The ray passes between front and back: they stand on either side of it.
         let front_side = place.x * sine - place.y * cosine;
         let back_side = back.x * sine - back.y * cosine;
@@ -97,7 +101,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     let own = textureLoad(surfels, id.xy, 0);
     if surfel_depth(own) <= SKY_DEPTH {
-        textureStore(gathered, id.xy, vec4f(0.0));
+        @if(light && packed) { textureStore(gathered, id.xy, vec4u(0u)); }
+        @if(!light || !packed) { textureStore(gathered, id.xy, vec4f(0.0)); }
         return;
     }
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
@@ -116,6 +121,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         }
         sum += found / f32(RAYS);
     }
-    @if(light) { textureStore(gathered, id.xy, sum); }
+    @if(light && !packed) { textureStore(gathered, id.xy, sum); }
+    @if(light && packed) { textureStore(gathered, id.xy, with_radiance(own, sum.rgb)); }
     @if(!light) { textureStore(gathered, id.xy, vec4f(sum.w)); }
 }

@@ -133,7 +133,7 @@ pub(crate) fn environment_of(plan: &mut FramePlan, inputs: &Inputs) -> Option<Re
 }
 
 /// Plans the spatial filter: `count` passes, the taps of each twice as far apart as those of the one before.
-fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) -> ResourceId {
+pub(crate) fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) -> ResourceId {
     let format = plan.resources[noisy.0].format().unwrap_or(Format::Rgba32Float);
     let openness = format == Format::R32Float;
     (0..count).fold(noisy, |noisy, turn| {
@@ -145,7 +145,7 @@ fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) 
             .bind("surfels", level.surfels)
             .bind("noisy", noisy)
             .bind("smoothed", smoothed)
-            .because(format!("few slices leave noise: taps {spacing} apart"))
+            .because(format!("few samples leave noise: taps {spacing} apart"))
             .over(level.size);
         smoothed
     })

@@ -1,20 +1,30 @@
 //! Screen space and light space together (Lambru et al.): light from nearby comes from what the camera sees, light from
 //! farther away from what the lights see, on the screen or not.
 
+mod openness;
+mod patterns;
+mod specular;
+
 use wgpu::TextureFormat as Format;
 
+use self::{
+    openness::{Openness, attenuated},
+    patterns::Patterns,
+    specular::Specular,
+};
 use super::{GBufferNeeds, Inputs, Technique};
 use crate::{
     choice,
     frame::variant,
-    light_views::plan_virtual_lights,
+    light_views::{LightMaps, VirtualLights, plan_light_maps, plan_virtual_lights},
     parameters,
     parameters::{Settings, SettingsError},
     plan::{FramePlan, Part, ResourceId},
-    resolution::{Storage, Upsampling, UpsamplingKernel, pyramid, to_display},
+    resolution::{Level, Storage, Upsampling, UpsamplingKernel, pyramid, to_display},
     scene_voxels::plan_scene_voxels,
+    shadow::ShadowLayer,
     techniques::hierarchical::{StartResolution, Switch},
-    temporal::temporal_filter,
+    temporal::{temporal_filter, temporal_filter_of_gloss},
 };
 
 choice! {
@@ -29,19 +39,50 @@ choice! {
     }
 }
 
+choice! {
+    /// Where samples are and what they weigh.
+    pub enum Weighting {
+        /// Absolute units: nearby every sample as the screen area that it stands for, farther away lights chosen by what they bring.
+        Radiometric = "radiometric",
+        /// Absolute units by the paper's patterns: each sample as the area of its share of the pattern.
+        Pattern = "pattern",
+        /// Patterns and weights as printed: a mean without units, made brighter by one intensity.
+        Published = "published",
+    }
+}
+
+choice! {
+    /// Views that are asked.
+    pub enum Views {
+        /// None.
+        Off = "off",
+        /// The screen alone.
+        Screen = "screen",
+        /// The screen and the lights' views.
+        Both = "both",
+    }
+}
+
 parameters! {
     /// Parameters of the hybrid technique.
     pub struct Hybrid("hybrid") {
         /// Where light comes from: both, nearby from the screen and otherwise from what the lights see; screen or lights alone.
         sources: Sources = Sources::Both, unit "", grid [Sources::Both, Sources::Screen, Sources::Lights], role Plan;
+        /// Samples and weights: radiometric, absolute, lights chosen by what they bring; pattern, absolute, by the paper's patterns; published, patterns and weights as printed, without units.
+        weighting: Weighting = Weighting::Radiometric, unit "",
+        grid [Weighting::Radiometric, Weighting::Pattern, Weighting::Published], role Plan;
         /// Resolution of the gather: its cost falls with the square, detail of nearby light with it.
         start_resolution: StartResolution = StartResolution::Quarter, unit "",
         grid [StartResolution::Half, StartResolution::Quarter], role Plan;
         /// Distance up to which light comes from the screen; 0 takes a thirtieth of the scene's diagonal.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
+        /// Radius of the large hemisphere, within which patterns look for light of the lights' views; 0 takes ten times the small one's, as published.
+        far_radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Uniform;
+        /// Brightness of the published weighting, which has the unit of one over an area.
+        intensity: f32 = 1.0, in 0.0..=1e9, unit "scene units squared", grid [1.0], role Uniform;
         /// Samples of the screen for each receiver.
         screen_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override("NEAR_SAMPLES");
-        /// Virtual lights that each receiver looks at.
+        /// Virtual lights that each receiver looks at; of patterns, samples of each light.
         light_samples: u32 = 64, in 1..=1024, unit "1", grid [16, 64, 256], role Plan;
         /// Virtual lights in all, chosen by what they bring to the picture; receivers share them out among one another.
         virtual_lights: u32 = 1024, in 1..=16384, unit "1", grid [256, 1024, 4096], role Plan;
@@ -53,6 +94,18 @@ parameters! {
         voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
         /// Successive virtual lights that share one ray: the mean stays, the noise of visibility grows, its cost falls.
         samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
+        /// What glossy materials (Ks, Ns) show in their mirror direction: off; screen, what the camera sees there; both, otherwise what the lights see.
+        specular: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
+        /// Most pixels of the screen, and texels of a light's view, between two steps of the march in the mirror direction: less finds thinner things, cost falls with it.
+        specular_stride: f32 = 2.0, in 1.0..=64.0, unit "px", grid [1.0, 2.0, 4.0], role Uniform;
+        /// Openness that attenuates indirect light: off; screen, from what the camera sees; both, from what the lights see as well.
+        ambient_occlusion: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
+        /// Samples of the hemisphere in each view that openness is taken from.
+        occlusion_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Uniform;
+        /// Radius within which surfaces close the hemisphere; 0 takes a thirtieth of the scene's diagonal.
+        occlusion_radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Uniform;
+        /// Passes of the spatial filter of openness, each of 3x3 taps twice as far apart as before; 0 for none.
+        occlusion_blur: u32 = 2, in 0..=4, unit "1", grid [0, 2], role Plan;
         /// Storage of light at full resolution: float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
         /// Share a of the frames before in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.
@@ -66,7 +119,10 @@ pub const TECHNIQUE: Technique = Technique {
     summary: "screen space for nearby light, light space for the rest (Lambru et al.)",
     parameters: Hybrid::parameters,
     complete: |settings| Ok(Hybrid::from_settings(settings)?.to_settings()),
-    needs: |_| Ok(GBufferNeeds::NONE),
+    needs: |settings| {
+        let glossy_material = Hybrid::from_settings(settings)?.specular != Views::Off;
+        Ok(GBufferNeeds { glossy_material, ..GBufferNeeds::NONE })
+    },
     plan,
 };
 
@@ -78,25 +134,76 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let near = parameters.sources != Sources::Lights;
     // Without a scene its lights are asked for all the same, to be told that they are missing.
     let lit = inputs.scene.is_none() || !plan.light_views.is_empty();
-    let wants_far = parameters.sources != Sources::Screen && lit;
-    if !near && !wants_far {
+    let far = parameters.sources != Sources::Screen && lit;
+    if !near && !far && parameters.ambient_occlusion == Views::Off {
         return Ok(None);
     }
+    let chosen = far && parameters.weighting == Weighting::Radiometric;
     let divisor = parameters.start_resolution.divisor();
-    let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], divisor, if wants_far { IMPORTANCE_LEVELS } else { 0 });
+    let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], divisor, if chosen { IMPORTANCE_LEVELS } else { 0 });
     let (level, coarse) = (&levels[0], &levels[levels.len() - 1]);
-    let lights = match wants_far {
-        true => plan_virtual_lights(
-            plan,
-            inputs,
-            Hybrid::TECHNIQUE,
-            parameters.light_view_size,
-            parameters.virtual_lights,
-            coarse,
-        )?,
-        false => None,
-    };
     let radius = inputs.nearby(parameters.radius, Hybrid::TECHNIQUE)?;
+    let occlusion_radius = inputs.nearby(parameters.occlusion_radius, Hybrid::TECHNIQUE)?;
+
+    // What the screen tells is found first, and once for all lights.
+    let mut patterns = (parameters.weighting != Weighting::Radiometric && (near || far))
+        .then(|| Patterns::new(plan, &parameters, level, radius));
+    let mut specular = Specular::new(plan, inputs, &parameters);
+    let mut openness = Openness::new(plan, &parameters, level, occlusion_radius);
+
+    // Each light's view is drawn, and read by all that look for something in it.
+    let asks = |views: Views| views == Views::Both && lit;
+    let mirrors = specular.is_some() && asks(parameters.specular);
+    let mut look = |plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer| {
+        if let Some(patterns) = patterns.as_mut().filter(|_| far) {
+            patterns.add(plan, maps, index, view);
+        }
+        if let Some(specular) = specular.as_mut().filter(|_| mirrors) {
+            specular.add(plan, maps, index, view);
+        }
+        if let Some(openness) = openness.as_mut().filter(|_| asks(parameters.ambient_occlusion)) {
+            openness.add(plan, maps, index, view);
+        }
+    };
+    let size = parameters.light_view_size;
+    let mut lights = None;
+    if chosen {
+        let count = parameters.virtual_lights;
+        lights = plan_virtual_lights(plan, inputs, Hybrid::TECHNIQUE, size, count, coarse, look)?;
+    } else if far || mirrors || asks(parameters.ambient_occlusion) {
+        plan_light_maps(plan, inputs, Hybrid::TECHNIQUE, size, &mut look)?;
+    }
+
+    let open = openness.map(|openness| openness.finish(plan, inputs));
+    if let Some((light, material)) = specular.map(|specular| specular.light()) {
+        let light = open.map_or(light, |open| attenuated(plan, light, open, "glossy"));
+        let light = temporal_filter_of_gloss(plan, inputs, light, parameters.temporal_a, material);
+        plan.outputs.insert("glossy", light);
+    }
+    let gathered = match patterns {
+        Some(patterns) => patterns.sum(),
+        None => gather(plan, inputs, &parameters, level, radius, lights),
+    };
+    let Some(gathered) = gathered else { return Ok(None) };
+    let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
+    let light = to_display(plan, inputs, &upsampling, level, gathered, "indirect");
+    let light = open.map_or(light, |open| attenuated(plan, light, open, "indirect"));
+    Ok(temporal_filter(plan, inputs, Some(light), parameters.temporal_a))
+}
+
+/// Plans the gather of nearby light from the screen and of light from chosen lights; nothing where both are missing.
+fn gather(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    parameters: &Hybrid,
+    level: &Level,
+    radius: f32,
+    lights: Option<VirtualLights>,
+) -> Option<ResourceId> {
+    let near = parameters.sources != Sources::Lights;
+    if !near && lights.is_none() {
+        return None;
+    }
     let voxels = match (&lights, inputs.scene) {
         (Some(_), Some(scene)) if parameters.visibility == Switch::On => {
             Some(plan_scene_voxels(plan, &scene, parameters.voxel_resolution))
@@ -124,7 +231,5 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
     }
     pass.because("nearby light from the screen, the rest from the lights' views").over(level.size);
-    let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
-    let light = to_display(plan, inputs, &upsampling, level, gathered, "indirect");
-    Ok(temporal_filter(plan, inputs, Some(light), parameters.temporal_a))
+    Some(gathered)
 }

@@ -201,6 +201,28 @@ fn the_plan_has_what_scene_and_settings_need() {
     // Six faces look around a point light.
     two.lights = vec![Light::Point { position: [0.0, 2.0, 0.0], intensity: [1.0; 3] }];
     assert_eq!(names(&two, &[]).len(), both.len() + 10);
+    // The paper's patterns need neither a choice of lights nor a grid of cubes.
+    let patterns = names(&scene, &[("weighting", "published")]);
+    for (name, there) in [("near", true), ("rsm_0", true), ("gather", false), ("choose", false), ("scene_voxels", false)] {
+        assert_eq!(patterns.iter().any(|pass| pass == name), there, "{name}: {patterns:?}");
+    }
+    // Nothing specular where no material is glossy; where one is, one march on the screen for all lights.
+    let specular = [("specular", "both")];
+    assert_eq!(names(&scene, &specular), both);
+    let mut polished = scenes::polished(32.0);
+    let added = |scene: &Scene, settings: &[(&str, &str)]| -> Vec<String> {
+        let without = names(scene, &[]);
+        names(scene, settings).into_iter().filter(|name| !without.contains(name)).collect()
+    };
+    assert_eq!(added(&polished, &specular), ["mirror_map", "specular_0"]);
+    assert_eq!(added(&polished, &[("specular", "screen")]), ["mirror_map", "specular"]);
+    polished.lights.push(scenes::sun());
+    assert_eq!(added(&polished, &specular), ["mirror_map", "specular_0", "specular_1"]);
+    // Openness: the screen's part once, a light's part for each; it attenuates light where it is asked for.
+    let filters = ["occlusion", "denoise_0", "denoise_1", "upsample_ambient_occlusion", "attenuate_indirect"];
+    let open = added(&polished, &[("ambient_occlusion", "both")]);
+    assert_eq!(open, [&["occlusion_screen", "occlusion_0", "occlusion_1"][..], &filters].concat());
+    assert_eq!(added(&scene, &[("ambient_occlusion", "screen")]), [&["occlusion_screen"][..], &filters].concat());
     // Without lights only the screen is left.
     two.lights.clear();
     assert_eq!(names(&two, &[]), screen);
@@ -295,7 +317,7 @@ fn openness_from_two_views_is_nearer_to_truth() {
         ],
         materials: vec![scenes::grey(0.7)],
         lights: vec![Light::Directional { direction: [0.6, -1.0, 0.2], irradiance: [3.0; 3] }],
-        camera: scenes::camera([-0.35, 3.0, 0.0], [-0.35, 0.0, -0.01], 24.0),
+        camera: scenes::camera([-0.75, 3.0, 0.0], [-0.75, 0.0, -0.01], 24.0),
         ..Scene::default()
     };
     let radius = 1.0;

@@ -19,9 +19,9 @@ use crate::{
     light_views::{LightMaps, VirtualLights, plan_light_maps, plan_virtual_lights},
     parameters,
     parameters::{Settings, SettingsError},
-    plan::{FramePlan, Part, ResourceId},
+    plan::{FramePlan, Part, PassBuilder, ResourceId},
     resolution::{Level, Storage, Upsampling, UpsamplingKernel, pyramid, to_display},
-    scene_voxels::plan_scene_voxels,
+    scene_voxels::{SceneVoxels, plan_scene_voxels},
     shadow::ShadowLayer,
     techniques::hierarchical::{StartResolution, Switch},
     temporal::{temporal_filter, temporal_filter_of_gloss},
@@ -74,6 +74,8 @@ parameters! {
         /// Resolution of the gather: its cost falls with the square, detail of nearby light with it.
         start_resolution: StartResolution = StartResolution::Quarter, unit "",
         grid [StartResolution::Half, StartResolution::Quarter], role Plan;
+        /// Least weight of coarse texels that show a pixel's surface: with less, the pixel's light is gathered anew at full resolution; 0 interpolates everywhere. Patterns always do.
+        recompute_below: f32 = 0.0, in 0.0..=1.0, unit "1", grid [0.0, 0.1, 0.3], role Plan;
         /// Distance up to which light comes from the screen; 0 takes a thirtieth of the scene's diagonal.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
         /// Radius of the large hemisphere, within which patterns look for light of the lights' views; 0 takes ten times the small one's, as published.
@@ -180,56 +182,110 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         let light = temporal_filter_of_gloss(plan, inputs, light, parameters.temporal_a, material);
         plan.outputs.insert("glossy", light);
     }
-    let gathered = match patterns {
-        Some(patterns) => patterns.sum(),
-        None => gather(plan, inputs, &parameters, level, radius, lights),
-    };
-    let Some(gathered) = gathered else { return Ok(None) };
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
-    let light = to_display(plan, inputs, &upsampling, level, gathered, "indirect");
+    let light = match patterns {
+        Some(patterns) => {
+            patterns.sum().map(|sum| to_display(plan, inputs, &upsampling, level, sum, "indirect"))
+        }
+        None => Gather::new(plan, inputs, &parameters, level, radius, lights).map(|gather| {
+            let gathered = gather.gather(plan);
+            let light = to_display(plan, inputs, &upsampling, level, gathered, "indirect");
+            gather.recompute(plan, inputs, light)
+        }),
+    };
+    let Some(light) = light else { return Ok(None) };
     let light = open.map_or(light, |open| attenuated(plan, light, open, "indirect"));
     Ok(temporal_filter(plan, inputs, Some(light), parameters.temporal_a))
 }
 
-/// Plans the gather of nearby light from the screen and of light from chosen lights; nothing where both are missing.
-fn gather(
-    plan: &mut FramePlan,
-    inputs: &Inputs,
-    parameters: &Hybrid,
-    level: &Level,
+/// Nearby light from the screen and light from chosen lights.
+struct Gather<'a> {
+    parameters: &'a Hybrid,
+    level: &'a Level,
     radius: f32,
     lights: Option<VirtualLights>,
-) -> Option<ResourceId> {
-    let near = parameters.sources != Sources::Lights;
-    if !near && lights.is_none() {
-        return None;
-    }
-    let voxels = match (&lights, inputs.scene) {
-        (Some(_), Some(scene)) if parameters.visibility == Switch::On => {
-            Some(plan_scene_voxels(plan, &scene, parameters.voxel_resolution))
+    voxels: Option<SceneVoxels>,
+}
+
+impl<'a> Gather<'a> {
+    /// Plans the grid of cubes that rays to chosen lights cross; `None` where nothing sends light.
+    fn new(
+        plan: &mut FramePlan,
+        inputs: &Inputs,
+        parameters: &'a Hybrid,
+        level: &'a Level,
+        radius: f32,
+        lights: Option<VirtualLights>,
+    ) -> Option<Self> {
+        if parameters.sources == Sources::Lights && lights.is_none() {
+            return None;
         }
-        _ => None,
-    };
-    let gathered = plan.texture("gathered", level.size, Format::Rgba32Float, "light at the start resolution");
-    let features = [("near", near), ("far", lights.is_some()), ("visibility", voxels.is_some())];
-    let stride = lights.as_ref().map_or(1, |lights| (lights.count / parameters.light_samples).max(1));
-    let mut constants = parameters.constants();
-    constants.push(("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0))));
-    let mut pass = plan
-        .pass(Part::Technique, "gather", variant("hybrid/gather", &features))
-        .constants(&constants)
-        .param("scale", level.scale as f32)
-        .param("radius", radius)
-        .param("virtual_lights", lights.as_ref().map_or(0, |lights| lights.count))
-        .param("stride", stride)
-        .bind("surfels", level.surfels)
-        .bind("gathered", gathered);
-    if let Some(lights) = &lights {
-        pass = pass.bind("virtual_lights", lights.lights);
+        let voxels = match (&lights, inputs.scene) {
+            (Some(_), Some(scene)) if parameters.visibility == Switch::On => {
+                Some(plan_scene_voxels(plan, &scene, parameters.voxel_resolution))
+            }
+            _ => None,
+        };
+        Some(Self { parameters, level, radius, lights, voxels })
     }
-    if let Some(voxels) = voxels {
-        pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
+
+    fn pass<'p>(&self, plan: &'p mut FramePlan, name: &str, features: &[(&str, bool)]) -> PassBuilder<'p> {
+        let Self { parameters, level, radius, lights, voxels } = self;
+        let own = [
+            ("near", parameters.sources != Sources::Lights),
+            ("far", lights.is_some()),
+            ("visibility", voxels.is_some()),
+        ];
+        let stride = lights.as_ref().map_or(1, |lights| (lights.count / parameters.light_samples).max(1));
+        let mut constants = parameters.constants();
+        constants.push(("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0))));
+        let mut pass = plan
+            .pass(Part::Technique, name, variant("hybrid/gather", &[&own, features].concat()))
+            .constants(&constants)
+            .param("scale", level.scale as f32)
+            .param("radius", *radius)
+            .param("virtual_lights", lights.as_ref().map_or(0, |lights| lights.count))
+            .param("stride", stride)
+            .bind("surfels", level.surfels);
+        if let Some(lights) = lights {
+            pass = pass.bind("virtual_lights", lights.lights);
+        }
+        if let Some(voxels) = voxels {
+            pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
+        }
+        pass
     }
-    pass.because("nearby light from the screen, the rest from the lights' views").over(level.size);
-    Some(gathered)
+
+    /// Plans the gather at the start resolution.
+    fn gather(&self, plan: &mut FramePlan) -> ResourceId {
+        let size = self.level.size;
+        let gathered = plan.texture("gathered", size, Format::Rgba32Float, "light at the start resolution");
+        self.pass(plan, "gather", &[])
+            .bind("gathered", gathered)
+            .because("nearby light from the screen, the rest from the lights' views")
+            .over(size);
+        gathered
+    }
+
+    /// Plans the gather of single pixels of the display, where interpolation knows too little of their surfaces; returns
+    /// what it was given where it may know as little as it does, or is none.
+    fn recompute(&self, plan: &mut FramePlan, inputs: &Inputs, interpolated: ResourceId) -> ResourceId {
+        let least = self.parameters.recompute_below;
+        if least <= 0.0 || self.level.scale == 1 {
+            return interpolated;
+        }
+        let half = self.parameters.storage == Storage::Float16;
+        let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
+        let size = plan.display_size;
+        let recomputed = plan.texture("recomputed", size, format, "light, without guesses at edges");
+        self.pass(plan, "recompute", &[("recompute", true), ("float16", half)])
+            .param("least_weight", least)
+            .bind("depth", inputs.depth)
+            .bind("normal", inputs.normal)
+            .bind("interpolated", interpolated)
+            .bind("gathered", recomputed)
+            .because("where coarse texels do not show a pixel's surface, its light is gathered anew")
+            .over(size);
+        recomputed
+    }
 }

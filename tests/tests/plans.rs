@@ -490,6 +490,8 @@ fn light_space_plans(scene: &Scene) -> Vec<FramePlan> {
         &[("sources", "lights"), ("storage", "float32")],
         &[("visibility", "off"), ("start_resolution", "full"), ("temporal_a", "0.9")],
         &[("sources", "lights"), ("visibility", "off")],
+        &[("recompute_below", "0.1")],
+        &[("recompute_below", "0.1"), ("sources", "screen"), ("storage", "float32")],
         &[("weighting", "pattern"), ("ambient_occlusion", "both")],
         &[("weighting", "published"), ("sources", "lights"), ("storage", "float32"), ("ambient_occlusion", "screen")],
         &[("weighting", "published"), ("sources", "screen"), ("specular", "both"), ("ambient_occlusion", "both")],

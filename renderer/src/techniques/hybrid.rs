@@ -106,8 +106,6 @@ parameters! {
         occlusion_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Uniform;
         /// Radius within which surfaces close the hemisphere; 0 takes a thirtieth of the scene's diagonal.
         occlusion_radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Uniform;
-        /// Passes of the spatial filter of openness, each of 3x3 taps twice as far apart as before; 0 for none.
-        occlusion_blur: u32 = 2, in 0..=4, unit "1", grid [0, 2], role Plan;
         /// Storage of light at full resolution: float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
         /// Share a of the frames before in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.

@@ -19,8 +19,8 @@ pub fn build() -> Geometry {
     let mut b = Builder::default();
     let floor = Material {
         name: "floor".into(),
-        albedo: [0.22, 0.30, 0.62],
-        specular: [0.35; 3],
+        albedo: [0.12, 0.16, 0.36],
+        specular: [0.6; 3],
         phong_exponent: 400.0,
         ..Material::default()
     };
@@ -43,12 +43,20 @@ pub fn build() -> Geometry {
         })
         .collect();
     pen.lathe(vec3(0.0, 1.56, 0.02), &Profile::new(&head), 24);
-    pen.lathe(vec3(0.0, 1.40, 0.02), &Profile::new(&[[0.06, 0.0], [0.045, 0.10]]), 16);
+    pen.lathe(vec3(0.0, 1.36, 0.02), &Profile::new(&[[0.075, 0.0], [0.05, 0.06], [0.05, 0.12]]), 16);
+    // Folded hands.
+    let hands: Vec<[f32; 2]> = (0..=10)
+        .map(|i| {
+            let (sin, cos) = (PI * i as f32 / 10.0).sin_cos();
+            [if i % 10 == 0 { 0.0 } else { 0.065 * sin }, -0.065 * cos]
+        })
+        .collect();
+    pen.lathe(vec3(0.0, 1.02, 0.245), &Profile::new(&hands), 20);
     for side in [-1.0, 1.0] {
         wing(&mut pen, side);
         let shoulder = vec3(0.15 * side, 1.30, 0.02);
         let elbow = vec3(0.24 * side, 1.08, 0.10);
-        pen.tube(&[shoulder, elbow, vec3(0.07 * side, 1.02, 0.26)], 0.04, 12);
+        pen.tube(&[shoulder, elbow, vec3(0.03 * side, 1.02, 0.25)], 0.04, 12);
     }
     b.finish()
 }
@@ -81,9 +89,10 @@ fn gown(pen: &mut Pen<'_>, foot: f32) {
 fn wing(pen: &mut Pen<'_>, side: f32) {
     let point = move |s: f32, t: f32| {
         let spread = 0.08 + 0.50 * s;
-        let top = 1.28 + 0.42 * s.powf(0.6) - 0.12 * s * s;
+        let top = 1.28 + 0.46 * s.powf(0.6) - 0.22 * s.powi(4);
         let feathers = 0.04 * (9.0 * PI * s).sin().abs();
-        let length = 0.75 * (1.0 - 0.55 * s) + feathers;
+        // Rounded at its tip.
+        let length = 0.75 * (1.0 - 0.45 * s) * (1.0 - 0.97 * s.powi(3)).sqrt() + feathers;
         let bow = 0.10 * (PI * t).sin() * (1.0 - s);
         vec3(side * spread, top - length * t, -0.16 - 0.22 * s * s - bow)
     };

@@ -173,6 +173,8 @@ impl LayerComparison {
             ("difference of means", percent(self.mean / self.reference_mean - 1.0), ""),
             line("relative RMSE, 8x8", self.block_relative_rmse, "over block means"),
             line("relMSE", linear.rel_mse, ""),
+            line("best factor", linear.best_factor, "on the image, for relMSE"),
+            line("relMSE with it", linear.scaled_rel_mse, ""),
             line("RMSE", linear.rmse, "radiance"),
             line("bias", linear.bias, "radiance"),
             line("95th percentile", linear.p95_abs, "radiance, |error|"),

@@ -90,7 +90,11 @@ pub struct Errors {
     pub indirect_p95_abs: Option<f64>,
     #[serde(with = "serial::float::optional")]
     pub indirect_p999_abs: Option<f64>,
-    /// Openness against traced openness, where a technique finds nothing else: root mean square, 0..1.
+    #[serde(with = "serial::float::optional")]
+    pub indirect_best_factor: Option<f64>,
+    #[serde(with = "serial::float::optional")]
+    pub indirect_scaled_rel_mse: Option<f64>,
+    /// Openness against traced openness, where a technique finds it: root mean square, 0..1.
     #[serde(with = "serial::float::optional", skip_serializing_if = "Option::is_none")]
     pub occlusion_rmse: Option<f64>,
     /// Its signed mean: positive is too open.
@@ -124,6 +128,8 @@ impl Errors {
             indirect_bias: Some(linear.bias),
             indirect_p95_abs: Some(linear.p95_abs),
             indirect_p999_abs: Some(linear.p999_abs),
+            indirect_best_factor: Some(linear.best_factor),
+            indirect_scaled_rel_mse: Some(linear.scaled_rel_mse),
             final_psnr_db: Some(display.psnr_db),
             final_ssim: Some(display.ssim),
             final_flip: Some(display.flip),
@@ -142,6 +148,12 @@ impl Errors {
             occlusion_p95_abs: Some(linear.p95_abs),
             ..Self::default()
         }
+    }
+
+    /// These columns and those of openness, of a technique that finds both.
+    pub fn and_occlusion(self, linear: &LinearErrors) -> Self {
+        let Self { occlusion_rmse, occlusion_bias, occlusion_p95_abs, .. } = Self::of_occlusion(linear);
+        Self { occlusion_rmse, occlusion_bias, occlusion_p95_abs, ..self }
     }
 }
 

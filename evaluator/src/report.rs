@@ -56,7 +56,7 @@ impl Report {
         measurement::write_json(&folder.join("results.json"), &self.measurements)?;
         measurement::write_csv(&folder.join("results.csv"), &self.measurements)?;
         let groups = groups(&self.measurements);
-        let parts = groups.iter().enumerate().map(|(index, group)| Part::new(index, group, folder));
+        let parts = groups.iter().enumerate().map(|(index, group)| Part::new(index, group, &groups, folder));
         let parts: Vec<Part> = parts.collect::<Result<_, _>>()?;
         for plot in parts.iter().flat_map(Part::plots) {
             write_text(&folder.join(format!("plots/{}.svg", plot.file)), &plot.drawing.file())?;
@@ -165,7 +165,7 @@ struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    fn new(index: usize, group: &'a Group<'a>, folder: &Path) -> Result<Self, Error> {
+    fn new(index: usize, group: &'a Group<'a>, all: &[Group], folder: &Path) -> Result<Self, Error> {
         let mut part = Self {
             group,
             trades: trade::trades(group),
@@ -174,7 +174,7 @@ impl<'a> Part<'a> {
             results: tables::results(group),
             temporal: tables::temporal(group),
             passes: tables::passes(group),
-            published: tables::published(group),
+            published: tables::published(group, all),
             commands: tables::commands(group),
             error_over_samples: plots::error_over_samples(group),
             cost_per_pass: plots::cost_per_pass(group),

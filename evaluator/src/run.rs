@@ -355,7 +355,7 @@ impl<'a> Runner<'a> {
         let mut file = Image { metadata: prepared.header.clone(), ..Image::new(size[0], size[1]) };
         file.metadata.insert("technique".into(), cell.technique.name.into());
         file.metadata.insert("settings".into(), settings_text(&cell.settings));
-        let (mut errors, images) = if let (Some(open), Some(truth)) = (&shown.open, &open_truth) {
+        let (mut errors, images) = if let (Some(open), Some(truth), false) = (&shown.open, &open_truth, shown.lit) {
             let reference: Vec<Rgb> = truth.mean.iter().map(|&v| [v; 3]).collect();
             file.set_channel("ambient_occlusion.Y", open.iter().map(|v| v[0]).collect());
             let truth_name = format!("{}_{}x{}_truth_ao_{:e}", scene.name, size[0], size[1], truth.radius);
@@ -378,6 +378,9 @@ impl<'a> Runner<'a> {
             };
             file.set_rgb("", &shown.image);
             file.set_rgb("indirect", &shown.incident);
+            if let Some(open) = &shown.open {
+                file.set_channel("ambient_occlusion.Y", open.iter().map(|v| v[0]).collect());
+            }
             let mut images = Map::from_iter([
                 ("final".to_owned(), pictures.radiance(&name("_final"), &shown.image, *exposure)?),
                 ("indirect".to_owned(), pictures.radiance(&name("_indirect"), &shown.indirect, *indirect_exposure)?),
@@ -388,6 +391,10 @@ impl<'a> Runner<'a> {
             let linear = linear_errors(&shown.indirect, truth_indirect, Some(mask));
             let mut errors = Errors::new(&linear, &display_errors(&pair));
             errors.truth_rel_error = Some(prepared.truth_rel_error);
+            if let (Some(open), Some(truth)) = (&shown.open, &open_truth) {
+                let reference: Vec<Rgb> = truth.mean.iter().map(|&v| [v; 3]).collect();
+                errors = errors.and_occlusion(&linear_errors(open, &reference, Some(mask)));
+            }
             (errors, images)
         };
         errors.noise_std = noise.deviation();
@@ -457,13 +464,14 @@ fn occlusion_truth(
     Ok(truth)
 }
 
-/// What a frame shows: final radiance, `albedo * indirect`, `indirect` itself, and openness where it is all that the
-/// technique finds.
+/// What a frame shows: final radiance, `albedo * indirect`, `indirect` itself, and openness where the technique finds it.
 struct Shown {
     image: Vec<Rgb>,
     indirect: Vec<Rgb>,
     incident: Vec<Rgb>,
     open: Option<Vec<Rgb>>,
+    /// Whether there is light beside openness.
+    lit: bool,
 }
 
 impl Shown {
@@ -472,15 +480,17 @@ impl Shown {
         let missing = || Error::Failed("the plan has no final image".into());
         let image = output("final")?.ok_or_else(missing)?;
         let black = || vec![[0.0; 3]; image.len()];
-        let incident = output("indirect")?.unwrap_or_else(black);
+        let found = output("indirect")?;
+        let lit = found.is_some();
+        let incident = found.unwrap_or_else(black);
         let indirect = output("albedo")?.map_or_else(black, |albedo| modulate(&albedo, &incident));
         let open = output("ambient_occlusion")?.map(|open| open.iter().map(|v| [v[0]; 3]).collect());
-        Ok(Self { image, indirect, incident, open })
+        Ok(Self { image, indirect, incident, open, lit })
     }
 
     /// What errors and noise are those of.
     fn measured(&self) -> &[Rgb] {
-        self.open.as_ref().unwrap_or(&self.indirect)
+        self.open.as_ref().filter(|_| !self.lit).unwrap_or(&self.indirect)
     }
 }
 

@@ -112,7 +112,7 @@ const ENTRY: u64 = 16;
 const VIRTUAL_LIGHT: u64 = 48;
 
 /// Plans maps of `size` texels a side for every light and chooses `count` of their surfaces by what they bring to
-/// `receivers`; `None` in a scene without lights.
+/// `receivers`; `None` in a scene without lights. `use_map` plans what else each map is read for.
 ///
 /// # Errors
 /// Where only textures were given, without a scene and its lights.
@@ -123,6 +123,7 @@ pub(crate) fn plan_virtual_lights(
     size: u32,
     count: u32,
     receivers: &Level,
+    mut use_map: impl FnMut(&mut FramePlan, &LightMaps, usize, &ShadowLayer),
 ) -> Result<Option<VirtualLights>, SettingsError> {
     scene_of(inputs, technique)?;
     if plan.light_views.is_empty() {
@@ -147,7 +148,7 @@ pub(crate) fn plan_virtual_lights(
         lights: buffer("virtual_lights", count, VIRTUAL_LIGHT, "surfaces that stand for all of them"),
         count,
     };
-    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, _| {
+    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, view| {
         plan.pass(Part::Technique, format!("collect_{index}"), "light_views/collect")
             .param("first", texels * index as u32)
             .param("scale", receivers.scale as f32)
@@ -159,6 +160,7 @@ pub(crate) fn plan_virtual_lights(
             .bind("importances", importances)
             .because("what each surface would bring to what the camera sees")
             .over([size; 2]);
+        use_map(plan, maps, index, view);
     })?;
     plan.pass(Part::Technique, "choose", "light_views/choose")
         .param("surfaces", surfaces)

@@ -68,8 +68,9 @@ impl<'a> SceneMotion<'a> {
         };
         for (index, layer) in layers.iter().enumerate() {
             let values = [("world_to_clip", layer.world_to_clip.into())];
-            recording.write_params(gpu, &format!("shadow_{index}"), &values);
-            recording.write_params(gpu, &format!("rsm_{index}"), &values);
+            for pass in ["shadow", "rsm", "specular", "occlusion"] {
+                recording.write_params(gpu, &format!("{pass}_{index}"), &values);
+            }
             if let Some([size, _]) = size_of("light_view_place") {
                 let width = layer.width / size as f32;
                 let values = [values[0].clone(), ("texel_width", width.into())];

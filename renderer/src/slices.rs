@@ -129,7 +129,7 @@ pub(crate) fn environment_of(plan: &mut FramePlan, inputs: &Inputs) -> Option<Re
 }
 
 /// Plans the spatial filter: `count` passes, the taps of each twice as far apart as those of the one before.
-fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) -> ResourceId {
+pub(crate) fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) -> ResourceId {
     let format = plan.resources[noisy.0].format().unwrap_or(Format::Rgba32Float);
     let openness = format == Format::R32Float;
     let packed = format == Format::Rgba32Uint;
@@ -144,7 +144,7 @@ fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) 
             .bind("surfels", if packed { noisy } else { level.surfels });
         let pass = if packed { pass } else { pass.bind("noisy", noisy) };
         pass.bind("smoothed", smoothed)
-            .because(format!("few slices leave noise: taps {spacing} apart"))
+            .because(format!("few samples leave noise: taps {spacing} apart"))
             .over(level.size);
         smoothed
     })

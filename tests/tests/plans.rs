@@ -491,6 +491,12 @@ fn light_space_plans(scene: &Scene) -> Vec<FramePlan> {
         &[("sources", "lights"), ("storage", "float32")],
         &[("visibility", "off"), ("start_resolution", "full"), ("temporal_a", "0.9")],
         &[("sources", "lights"), ("visibility", "off")],
+        &[("recompute_below", "0.1")],
+        &[("recompute_below", "0.1"), ("sources", "screen"), ("storage", "float32")],
+        &[("weighting", "pattern"), ("ambient_occlusion", "both")],
+        &[("weighting", "published"), ("sources", "lights"), ("storage", "float32"), ("ambient_occlusion", "screen")],
+        &[("weighting", "published"), ("sources", "screen"), ("specular", "both"), ("ambient_occlusion", "both")],
+        &[("weighting", "pattern"), ("sources", "lights"), ("specular", "screen"), ("temporal_a", "0.9")],
     ];
     let mut all: Vec<_> = hybrid.into_iter().map(|values| plan(scene, "hybrid", values, SIZE)).collect();
     all.extend(["rsm", "ssdo", "ssao"].map(|technique| plan(scene, technique, &[], SIZE)));
@@ -514,6 +520,17 @@ fn every_plan() -> Vec<FramePlan> {
         })
     });
     let mut glossy: Vec<_> = glossy.collect();
+    // With one, two and no lights.
+    for lights in [1, 2, 0] {
+        polished.lights = vec![scenes::sun(); lights];
+        glossy.extend(["screen", "both"].into_iter().flat_map(|specular| {
+            let values = [("specular", specular), ("ambient_occlusion", "both"), ("temporal_a", "0.9")];
+            ["radiometric", "published"].map(|weighting| {
+                plan(&polished, "hybrid", &[&values[..], &[("weighting", weighting)]].concat(), SIZE)
+            })
+        }));
+    }
+    polished.lights = vec![scenes::sun()];
     polished.extra_cameras = vec![polished.camera; 2];
     polished.materials[1].receive_only = true;
     glossy.extend(["float16", "float32"].map(|storage| {

@@ -5,12 +5,13 @@ use std::{io::Cursor, path::Path};
 use halflight_scenes::{MemoryFiles, Scene, SceneError, generators::NAMES, load_scene};
 
 /// Scene files of the generators, by name.
-const FILES: [(&str, &str); 5] = [
+const FILES: [(&str, &str); 6] = [
     ("atrium", include_str!("../../scenes/atrium.toml")),
     ("bars", include_str!("../../scenes/bars.toml")),
     ("cornell", include_str!("../../scenes/cornell.toml")),
     ("furnace", include_str!("../../scenes/furnace.toml")),
     ("motion", include_str!("../../scenes/motion.toml")),
+    ("statue", include_str!("../../scenes/statue.toml")),
 ];
 
 /// Most bytes that a zip may unpack to: more does not fit a browser's memory beside the scene made of it.

@@ -69,6 +69,8 @@ fn columns_come_in_the_documented_order() {
         "indirect_bias",
         "indirect_p95_abs",
         "indirect_p999_abs",
+        "indirect_best_factor",
+        "indirect_scaled_rel_mse",
         "final_psnr_db",
         "final_ssim",
         "final_flip",

@@ -27,6 +27,13 @@ pub struct LinearErrors {
     /// 99.9th percentile of `|x - t|`, radiance: fireflies and leaks live here.
     #[serde(with = "serial::float")]
     pub p999_abs: f64,
+    /// The one factor on `x` that makes `rel_mse` smallest: what an artist would set the exposure of a method without
+    /// units to. 1 for black.
+    #[serde(with = "serial::float")]
+    pub best_factor: f64,
+    /// `rel_mse` of the image times that factor.
+    #[serde(with = "serial::float")]
+    pub scaled_rel_mse: f64,
 }
 
 /// Mean over the pixels that count and their channels; NaN when none does.
@@ -44,15 +51,26 @@ pub fn linear_errors(image: &[Rgb], truth: &[Rgb], mask: Option<&[bool]>) -> Lin
     let floor = relative_floor(mean(truth, mask));
     let mut absolute = Vec::with_capacity(3 * image.len());
     let (mut relative, mut square, mut signed) = (0.0, 0.0, 0.0);
+    // Weighted sums of x t, x x and t t, weights as in `rel_mse`: it is a parabola of the factor.
+    let (mut mixed, mut own, mut true_own) = (0.0, 0.0, 0.0);
     for (value, true_value) in counted_pairs(image, truth, mask) {
         let difference = value - true_value;
         relative += relative_square(value, true_value, floor);
+        let denominator = true_value * true_value + floor;
+        // Where everything is black, nothing weighs.
+        let weight = if denominator > 0.0 { 1.0 / denominator } else { 0.0 };
+        mixed += weight * value * true_value;
+        own += weight * value * value;
+        true_own += weight * true_value * true_value;
         square += difference.powi(2);
         signed += difference;
         absolute.push(difference.abs());
     }
     let count = absolute.len() as f64;
+    let best_factor = if own > 0.0 { mixed / own } else { 1.0 };
     LinearErrors {
+        best_factor,
+        scaled_rel_mse: ((true_own + best_factor * (best_factor * own - 2.0 * mixed)) / count).max(0.0),
         rel_mse: relative / count,
         rmse: (square / count).sqrt(),
         bias: signed / count,

@@ -47,7 +47,9 @@ fn close(value: f64, expected: f64, tolerance: f64) {
 fn equal_images_have_no_error() {
     let image = picture(40, 30);
     let linear = linear_errors(&image, &image, None);
-    assert_eq!(linear, LinearErrors { rel_mse: 0.0, rmse: 0.0, bias: 0.0, p95_abs: 0.0, p999_abs: 0.0 });
+    let none =
+        LinearErrors { rel_mse: 0.0, rmse: 0.0, bias: 0.0, p95_abs: 0.0, p999_abs: 0.0, best_factor: 1.0, scaled_rel_mse: 0.0 };
+    assert_eq!(linear, none);
     let display = display(&image, &image, 40);
     assert_eq!(display.psnr_db, f64::INFINITY);
     close(display.ssim, 1.0, 1e-6); // float32 map
@@ -72,6 +74,26 @@ fn a_constant_offset_has_closed_forms() {
     close(psnr_db(&dim, &bright, None), 20.0, 1e-5);
     // SSIM of flat images is its luminance term alone.
     close(ssim(&dim, &bright, 3, None), (2.0 * 0.4 * 0.5 + 1e-4) / (0.16 + 0.25 + 1e-4), 1e-6);
+}
+
+#[test]
+fn the_best_factor_undoes_an_exposure_and_nothing_else() {
+    let truth = picture(40, 30);
+    let dimmed = linear_errors(&map(&truth, |value| 0.125 * value), &truth, None);
+    // An eighth is exact in float32.
+    close(dimmed.best_factor, 8.0, 1e-12);
+    close(dimmed.scaled_rel_mse, 0.0, 1e-12);
+    // Truth 1 and 3 with mean 2, image 2 everywhere: weights w = 1 / (t^2 + 0.04), factor f = sum(w t) / (2 sum(w)).
+    let truth = [[1.0; 3], [3.0; 3]];
+    let errors = linear_errors(&[[2.0; 3]; 2], &truth, None);
+    let weights = [1.0 / 1.04, 1.0 / 9.04];
+    let factor = (weights[0] + 3.0 * weights[1]) / (2.0 * (weights[0] + weights[1]));
+    close(errors.best_factor, factor, 1e-12);
+    let left = weights[0] * (2.0 * factor - 1.0).powi(2) + weights[1] * (2.0 * factor - 3.0).powi(2);
+    close(errors.scaled_rel_mse, left / 2.0, 1e-12);
+    // Black has no exposure.
+    let black = linear_errors(&[[0.0; 3]; 2], &truth, None);
+    assert_eq!((black.best_factor, black.scaled_rel_mse), (1.0, black.rel_mse));
 }
 
 #[test]

@@ -40,14 +40,14 @@ impl Plotted {
 }
 
 /// Which value is best.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq)]
 pub enum Best {
     /// The smallest.
     Lowest,
     /// The largest.
     Highest,
-    /// The one nearest to 0.
-    NearestZero,
+    /// The one nearest to this.
+    Nearest(f64),
 }
 
 impl Best {
@@ -56,13 +56,13 @@ impl Best {
         match self {
             Self::Lowest => value,
             Self::Highest => -value,
-            Self::NearestZero => value.abs(),
+            Self::Nearest(best) => (value - best).abs(),
         }
     }
 }
 
 /// All measures, in the order of every table and choice: what a viewer sees first.
-pub static MEASURES: [Measure; 14] = [
+pub static MEASURES: [Measure; 16] = [
     Measure {
         name: "FLIP",
         unit: "",
@@ -133,7 +133,7 @@ pub static MEASURES: [Measure; 14] = [
         unit: "radiance",
         meaning: "signed mean error of linear albedo · indirect; positive is too bright, 0 is best",
         digits: 3,
-        best: Best::NearestZero,
+        best: Best::Nearest(0.0),
         plot: Some(Plotted {
             name: "|bias|",
             file: "bias",
@@ -161,6 +161,24 @@ pub static MEASURES: [Measure; 14] = [
         value: |row| row.errors.indirect_p999_abs,
     },
     Measure {
+        name: "relMSE, exposed",
+        unit: "",
+        meaning: "relMSE after the one factor on albedo · indirect that makes it smallest: what a method without units can reach",
+        digits: 3,
+        best: Best::Lowest,
+        plot: None,
+        value: |row| row.errors.indirect_scaled_rel_mse,
+    },
+    Measure {
+        name: "factor",
+        unit: "1",
+        meaning: "that factor; 1 where a method is right in absolute units, or black",
+        digits: 3,
+        best: Best::Nearest(1.0),
+        plot: None,
+        value: |row| row.errors.indirect_best_factor,
+    },
+    Measure {
         name: "AO RMSE",
         unit: "1",
         meaning: "root mean square error of openness against traced openness of the same radius; lower is better",
@@ -174,7 +192,7 @@ pub static MEASURES: [Measure; 14] = [
         unit: "1",
         meaning: "signed mean error of openness; positive is too open, 0 is best",
         digits: 3,
-        best: Best::NearestZero,
+        best: Best::Nearest(0.0),
         plot: None,
         value: |row| row.errors.occlusion_bias,
     },

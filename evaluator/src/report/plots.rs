@@ -65,7 +65,7 @@ pub fn error_over_samples(group: &Group) -> Vec<Named> {
     let count = |row: &Measurement| row.parameters.get(samples).and_then(Value::as_f64);
     let plot = |measure: &'static Measure, plotted: &Plotted| {
         // Here the sign tells light that is lost from light that is too much.
-        let signed = measure.best == Best::NearestZero;
+        let signed = measure.best == Best::Nearest(0.0);
         let mut series: Vec<Series> = Vec::new();
         let others: Vec<String> = group.varying.iter().filter(|name| *name != samples).cloned().collect();
         let style = Style::of(group, &others);

@@ -199,10 +199,25 @@ pub fn pass_names(group: &Group) -> Vec<String> {
 }
 
 /// Published against measured: the paper's claims, then each of its steps; empty without a published table for the
-/// preset or without a row that it has.
-pub fn published(group: &Group) -> Vec<Table> {
+/// preset or without a row that it has. A table of several resolutions stands behind the last of the groups that it takes
+/// rows from.
+pub fn published(group: &Group, all: &[Group]) -> Vec<Table> {
     let Some(table) = PublishedTable::of(&group.first().preset) else { return vec![] };
-    let held = Held::new(table, group);
+    let same = |other: &&Group| {
+        let key = |row: &Measurement| (row.scene.clone(), row.camera.clone(), row.adapter.clone(), row.backend.clone());
+        key(other.first()) == key(group.first()) && other.first().preset == group.first().preset
+    };
+    let rows: Vec<(usize, &Measurement)> = match table.divisor {
+        Some(_) => {
+            let last = all.iter().filter(same).next_back().is_some_and(|last| std::ptr::eq(last.first(), group.first()));
+            if !last {
+                return vec![];
+            }
+            all.iter().filter(same).flat_map(|group| group.rows.iter().copied()).collect()
+        }
+        None => group.rows.clone(),
+    };
+    let held = Held::new(table, &rows);
     if held.own.iter().all(Option::is_none) {
         return vec![];
     }
@@ -223,26 +238,26 @@ struct Held<'a> {
 }
 
 impl<'a> Held<'a> {
-    fn new(table: &'static PublishedTable, group: &Group<'a>) -> Self {
+    fn new(table: &'static PublishedTable, rows: &[(usize, &'a Measurement)]) -> Self {
         let published = table.rows();
         let (mut gpus, mut configurations) = (Vec::new(), Vec::<usize>::new());
         for (index, row) in published.iter().enumerate() {
             if !gpus.contains(&row.gpu) {
                 gpus.push(row.gpu.clone());
             }
-            if !configurations.iter().any(|&known| published[known].parameters == row.parameters) {
+            if !configurations.iter().any(|&known| published[known].configuration() == row.configuration()) {
                 configurations.push(index);
             }
         }
-        let find = |&index: &usize| group.rows.iter().find(|(_, row)| published[index].matches(row)).copied();
+        let find = |&index: &usize| rows.iter().find(|(_, row)| published[index].matches(row, table.divisor)).copied();
         let own = configurations.iter().map(find).collect();
         Self { table, published, gpus, configurations, own }
     }
 
     /// Published time of a configuration's step on a GPU, ms.
     fn paper(&self, configuration: usize, gpu: &str, step: &str) -> Option<f64> {
-        let parameters = &self.published[self.configurations[configuration]].parameters;
-        let row = self.published.iter().find(|row| row.gpu == gpu && row.parameters == *parameters)?;
+        let wanted = self.published[self.configurations[configuration]].configuration();
+        let row = self.published.iter().find(|row| row.gpu == gpu && row.configuration() == wanted)?;
         row.step(step)
     }
 
@@ -254,10 +269,10 @@ impl<'a> Held<'a> {
     fn claims(&self) -> Table {
         let ratio = |of: Option<f64>, over: Option<f64>| Cell::number(of.zip(over).map(|(of, over)| of / over), 4);
         let mut rows: Vec<TableRow> = Vec::new();
-        for Claim { name, step, of, over } in self.table.claims {
+        for Claim { name, step, of, over, over_step } in self.table.claims {
             let mut cells = vec![Cell::text(*name), Cell::text(*step)];
-            cells.extend(self.gpus.iter().map(|gpu| ratio(self.paper(*of, gpu, step), self.paper(*over, gpu, step))));
-            cells.push(ratio(self.measured(*of, step), self.measured(*over, step)));
+            cells.extend(self.gpus.iter().map(|gpu| ratio(self.paper(*of, gpu, step), self.paper(*over, gpu, over_step))));
+            cells.push(ratio(self.measured(*of, step), self.measured(*over, over_step)));
             rows.push(TableRow { row: None, cells });
         }
         if let Some(Share { name, step, pass, of, published }) = self.table.share {
@@ -283,14 +298,15 @@ impl<'a> Held<'a> {
     fn step(&self, step: &str) -> Table {
         let ratio = |time: Option<f64>, base: Option<f64>| time.zip(base).map(|(time, base)| time / base);
         let row = |configuration: usize| {
-            let parameters = &self.published[self.configurations[configuration]].parameters;
+            let PublishedRow { resolution, parameters, .. } = &self.published[self.configurations[configuration]];
+            let size = resolution.map(|[w, h]| format!("{w}×{h}"));
             let words = parameters.iter().map(|(name, value)| match value.parse::<f64>() {
                 Ok(_) => format!("{} {value}", last_segment(name)),
                 Err(_) => value.clone(),
             });
             let published = |gpu: &String| self.paper(configuration, gpu, step);
             let measured = self.measured(configuration, step);
-            let mut cells = vec![Cell::text(words.collect::<Vec<_>>().join(" · "))];
+            let mut cells = vec![Cell::text(size.into_iter().chain(words).collect::<Vec<_>>().join(" · "))];
             cells.extend(self.gpus.iter().map(|gpu| Cell::number(published(gpu), 3)));
             cells.push(Cell::number(measured, 3));
             cells.extend(self.gpus.iter().map(|gpu| Cell::number(ratio(published(gpu), self.paper(0, gpu, step)), 3)));

@@ -185,7 +185,7 @@ fn rel_mse_is_explained_where_it_ranks_below_nothing() {
 fn ratios_stand_beside_the_published_ones() {
     let report = report();
     let groups = groups(&report.measurements);
-    let published = tables::published(&groups[0]);
+    let published = tables::published(&groups[0], &groups);
     let titles: Vec<&str> = published.iter().map(|table| table.title.as_str()).collect();
     let steps = ["what the paper concludes", "gather", "combine", "composite", "total"];
     assert_eq!(titles, steps.map(|step| format!("Published and measured: {step}")));
@@ -204,7 +204,31 @@ fn ratios_stand_beside_the_published_ones() {
     // Another preset has no table.
     let mut other = report.measurements.clone();
     other.iter_mut().for_each(|row| row.preset = "mine".into());
-    assert!(tables::published(&super::groups(&other)[0]).is_empty());
+    let others = super::groups(&other);
+    assert!(tables::published(&others[0], &others).is_empty());
+}
+
+#[test]
+fn a_table_of_two_resolutions_takes_rows_of_both_sizes() {
+    let row = |[width, height]: [u32; 2], map: f64, march: f64| Measurement {
+        scene: "statue".into(),
+        width,
+        height,
+        technique: "hybrid".into(),
+        preset: "lambru_table3".into(),
+        parameters: [("hybrid.specular".to_owned(), "both".into())].into_iter().collect(),
+        pass_ms: [("mirror_map".to_owned(), map.into()), ("specular_0".to_owned(), march.into())].into_iter().collect(),
+        ..Measurement::default()
+    };
+    let rows = [row([320, 180], 2.0, 4.0), row([480, 270], 5.0, 6.0)];
+    let groups = groups(&rows);
+    assert!(tables::published(&groups[0], &groups).is_empty(), "the table stands once, behind both sizes");
+    let published = tables::published(&groups[1], &groups);
+    // 2.69 / 1.03, 2.23 / 1.28, 1.28 / 1.03, 2.23 / 2.69.
+    assert_eq!(column(&published[0], "GTX 1070", "published ratio"), ["2.612", "1.742", "1.243", "0.8290"]);
+    assert_eq!(column(&published[0], "measured", "ratio"), ["2.500", "1.500", "2.000", "1.200"]);
+    let words: Vec<&str> = published[1].rows.iter().map(|row| row.cells[0].text.as_str()).collect();
+    assert_eq!(words, ["1280×720 · both", "1920×1080 · both"]);
 }
 
 #[test]

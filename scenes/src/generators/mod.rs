@@ -9,6 +9,7 @@ mod build;
 mod cornell;
 mod furnace;
 mod motion;
+mod statue;
 mod textures;
 
 use crate::{Material, Mesh, Texture};
@@ -25,7 +26,7 @@ pub struct Geometry {
 }
 
 /// Names that [`geometry`] knows; each has a scene file `scenes/NAME.toml`.
-pub const NAMES: &[&str] = &["atrium", "bars", "cornell", "furnace", "motion"];
+pub const NAMES: &[&str] = &["atrium", "bars", "cornell", "furnace", "motion", "statue"];
 
 /// Builds the scene of that name; `None` for a name that is not in [`NAMES`].
 pub fn geometry(name: &str) -> Option<Geometry> {
@@ -35,6 +36,7 @@ pub fn geometry(name: &str) -> Option<Geometry> {
         "cornell" => Some(cornell::build()),
         "furnace" => Some(furnace::build()),
         "motion" => Some(motion::build()),
+        "statue" => Some(statue::build()),
         _ => None,
     }
 }

@@ -4,6 +4,11 @@ import package::common::math::PI;
 /// Point `i` of `count` inside the unit hemisphere around `normal`, spread evenly over its volume. `random` turns and
 /// shifts the whole set.
 fn hemisphere_point(normal: vec3f, i: u32, count: u32, random: vec2f) -> vec3f {
+    return shell_point(normal, 0.0, i, count, random);
+}
+
+/// The same for what is left of the hemisphere without a smaller one of radius `inner`, 0..1.
+fn shell_point(normal: vec3f, inner: f32, i: u32, count: u32, random: vec2f) -> vec3f {
     // Heights by the golden ratio, directions by the golden angle, distances in strata: no two of them move together.
     let stratum = (f32(i) + random.x) / f32(count);
     let height = fract(random.y + f32(i) * 0.6180339887498949);
@@ -17,5 +22,5 @@ fn hemisphere_point(normal: vec3f, i: u32, count: u32, random: vec2f) -> vec3f {
     let bitangent = vec3f(b, s + normal.y * normal.y * a, -normal.y);
     let direction = across * (cos(angle) * tangent + sin(angle) * bitangent) + height * normal;
     // The volume within r grows with its cube.
-    return direction * pow(stratum, 1.0 / 3.0);
+    return direction * pow(mix(inner * inner * inner, 1.0, stratum), 1.0 / 3.0);
 }

@@ -1,10 +1,14 @@
-// variants: near, far, visibility
+// variants: near, far, visibility, recompute, float16
 // Hybrid diffuse light (Lambru et al., section 3.1): with `near`, from what the camera sees within a radius (SSDO);
-// with `far`, from what the lights see beyond it (RSM). The two domains share no pair of points, so they add up.
+// with `far`, from what the lights see beyond it (RSM). The two domains share no pair of points, so they add up. With
+// `recompute`, for those pixels of the display of whose surface the coarse texels know too little (Dachsbacher & Stamminger
+// 2005, section 4.3); the others keep what was interpolated.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};
 import package::common::view::{View, SKY_DEPTH};
+@if(recompute) import package::common::view::{uv_of_texel, view_position};
+@if(float16) import package::common::math::LARGEST_FLOAT16;
 import package::light_views::light_surface::LightSurface;
 import package::light_views::transfer::transfer;
 @if(far && visibility) import package::scene_voxels::grid::{Grid, word_index, grid_position};
@@ -18,16 +22,24 @@ struct Params {
     // Virtual lights in the list, and the share of them that one receiver looks at: 1 / stride.
     virtual_lights: u32,
     stride: u32,
+    // Least weight of coarse texels that show a pixel's surface.
+    @if(recompute) least_weight: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
-@group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(!float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba16float, write>;
 @if(far) @group(0) @binding(4) var<storage, read> virtual_lights: array<LightSurface>;
 
 @if(far && visibility) @group(0) @binding(5) var<storage, read> grid: Grid;
 @if(far && visibility) @group(0) @binding(6) var<storage, read> cubes: array<u32>;
+
+@if(recompute) @group(0) @binding(7) var depth: texture_2d<f32>;
+@if(recompute) @group(0) @binding(8) var normal: texture_2d<f32>;
+// Light, and in a how much coarse texels knew.
+@if(recompute) @group(0) @binding(9) var interpolated: texture_2d<f32>;
 
 // Successive lights of which one is picked, by what it would bring, and tested for visibility.
 @if(far && visibility) override SAMPLES_PER_RAY: u32 = 8u;
@@ -53,17 +65,18 @@ fn within_hemisphere(light: vec4f) -> vec3f {
 /// From surfaces that the camera sees within the radius. Samples cover, evenly, the disc that a sphere of the radius
 /// around the receiver fills on the screen at most.
 @if(near)
-fn light_from_near(position: vec3f, normal: vec3f, depth: f32, id: vec2u) -> vec3f {
+fn light_from_near(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     let size = vec2f(textureDimensions(surfels));
     let pixel = 2.0 * view.tan_half_fov / view.display_size;
     let texel = pixel.y * params.scale;
     // Towards the eye the sphere looks larger than at its centre.
-    let nearest = max(depth - params.radius, 0.25 * depth);
+    let nearest = max(-position.z - params.radius, -0.25 * position.z);
     let reach = min(params.radius / (nearest * texel), length(size));
     let random = spread2(id, view.frame, NEAR_STREAM, view.seed, OVER_FRAMES);
     let angle = 2.0 * PI * random.y;
     var direction = vec2f(cos(angle), sin(angle));
-    let centre = vec2f(id) + 0.5;
+    var centre = vec2f(id) + 0.5;
+    @if(recompute) { centre /= params.scale; }
     // Screen area of a sample, full-resolution pixels, times the area of a pixel at depth 1.
     let area = PI * reach * reach * params.scale * params.scale / f32(NEAR_SAMPLES) * pixel.x * pixel.y;
     // The disc of one texel bounds the form factor; a sample stands for several.
@@ -176,19 +189,41 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     return sum * f32(params.stride);
 }
 
+/// All light that reaches a surface. `id` is that of its texel or pixel.
+fn light_at(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
+    var sum = vec3f(0.0);
+    @if(near) { sum += light_from_near(position, normal, id); }
+    @if(far) { sum += light_from_far(position, normal, id); }
+    return sum;
+}
+
+@if(!recompute)
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(surfels)) {
         return;
     }
     let own = textureLoad(surfels, id.xy, 0);
-    let depth = surfel_depth(own);
     var sum = vec3f(0.0);
-    if depth > SKY_DEPTH {
+    if surfel_depth(own) > SKY_DEPTH {
         let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
-        let normal = surfel_normal(own);
-        @if(near) { sum += light_from_near(position, normal, depth, id.xy); }
-        @if(far) { sum += light_from_far(position, normal, id.xy); }
+        sum = light_at(position, surfel_normal(own), id.xy);
     }
     textureStore(gathered, id.xy, vec4f(sum, 1.0));
+}
+
+@if(recompute)
+@compute @workgroup_size(8, 8)
+fn gather(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(gathered)) {
+        return;
+    }
+    var result = textureLoad(interpolated, id.xy, 0);
+    if result.w < params.least_weight {
+        let d = textureLoad(depth, id.xy, 0).x;
+        let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
+        result = vec4f(light_at(position, normalize(textureLoad(normal, id.xy, 0).xyz), id.xy), 1.0);
+    }
+    @if(float16) { result = min(result, vec4f(LARGEST_FLOAT16)); }
+    textureStore(gathered, id.xy, result);
 }

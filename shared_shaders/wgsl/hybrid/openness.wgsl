@@ -1,0 +1,103 @@
+// variants: light
+// Ambient occlusion from several views (Lambru et al., section 3.3): points of the hemisphere that a view shows to be open or
+// closed (Mittring 2007), weighted by how well the view can tell (after Vardis et al. 2013). The screen's comes first and once;
+// with `light`, what one light's view can tell is added to it.
+import package::common::hemisphere::hemisphere_point;
+import package::common::math::spread2;
+import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
+import package::common::view::{View, SKY_DEPTH, pixel_of};
+@if(light) import package::light_views::light_surface::unpack_light;
+@if(light) import package::light_views::projection::{source_of, light_ray, area_across};
+
+struct Params {
+    @if(light) world_to_clip: mat4x4f,
+    // Width of a texel in full-resolution pixels.
+    scale: f32,
+    // Scene units.
+    radius: f32,
+    samples: u32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var surfels: texture_2d<u32>;
+@if(light) @group(0) @binding(3) var place: texture_2d<f32>;
+@if(light) @group(0) @binding(4) var light: texture_2d<u32>;
+@if(light) @group(0) @binding(5) var partial_sum: texture_2d<f32>;
+// Sum of weighted openness, and of weights.
+@group(0) @binding(6) var views: texture_storage_2d<rg32float, write>;
+
+const STREAM: u32 = 3077u;
+// Points this close to the surface, in radii, count as in front of it: depth is rounded.
+const BIAS: f32 = 0.01;
+// What stands more than this before a point, in radii, is another object's silhouette: the view cannot tell.
+const SILHOUETTE: f32 = 2.0;
+
+/// 1 where a view shows a point to be open, -1 where closed, 0 where it cannot tell: `behind` is how far behind what is
+/// seen there the point is, along the view's ray.
+fn judge(behind: f32) -> f32 {
+    return select(select(0.0, -1.0, behind < SILHOUETTE * params.radius), 1.0, behind <= 0.0);
+}
+
+@compute @workgroup_size(8, 8)
+fn look(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(surfels)) {
+        return;
+    }
+    let own = textureLoad(surfels, id.xy, 0);
+    var sum = vec2f(0.0);
+    @if(light) { sum = textureLoad(partial_sum, id.xy, 0).xy; }
+    if surfel_depth(own) > SKY_DEPTH {
+        let normal = surfel_normal(own);
+        let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov)
+            + BIAS * params.radius * normal;
+        let random = spread2(id.xy, view.frame, STREAM, view.seed, false);
+        @if(light) let source = source_of(params.world_to_clip);
+        @if(light) let size = vec2f(textureDimensions(place));
+        // Samples that the view shows to be open, and to be closed.
+        var open = 0.0;
+        var closed = 0.0;
+        for (var i = 0u; i < params.samples; i++) {
+            let point = position + params.radius * hemisphere_point(normal, i, params.samples, random);
+            var verdict = 0.0;
+            @if(!light) {
+                let pixel = pixel_of(point, view.tan_half_fov, view.display_size);
+                let on_screen = point.z < 0.0 && all(pixel >= vec2f(0.0)) && all(pixel < view.display_size);
+                let texel = select(vec2i(0), vec2i(floor(pixel / params.scale)), on_screen);
+                let depth = surfel_depth(textureLoad(surfels, texel, 0));
+                // Before the sky everything is open.
+                let behind = select(-1.0, -point.z - depth, depth > SKY_DEPTH);
+                verdict = select(0.0, judge(behind), on_screen);
+            }
+            @if(light) {
+                let world = (view.view_to_world * vec4f(point, 1.0)).xyz;
+                let clip = params.world_to_clip * vec4f(world, 1.0);
+                let uv = clip.xy / max(clip.w, 1e-30) * vec2f(0.5, -0.5) + 0.5;
+                let inside = clip.w > 0.0 && all(uv >= vec2f(0.0)) && all(uv < vec2f(1.0));
+                let at = select(vec2i(0), vec2i(floor(uv * size)), inside);
+                let surface = unpack_light(textureLoad(place, at, 0).xyz, textureLoad(light, at, 0));
+                let ray = light_ray(source, world);
+                // A surface that rises away from the light within a texel hides nothing of itself.
+                let slack = sqrt(max(area_across(params.world_to_clip, ray, size.x), 0.0));
+                let behind = select(-1.0, dot(world - surface.position, ray.direction) - slack, surface.area > 0.0);
+                verdict = select(0.0, judge(behind), inside);
+            }
+            open += max(verdict, 0.0);
+            closed += max(-verdict, 0.0);
+        }
+        // A view that looks along the surface, or at its back, sees little of the space before it.
+        var facing = 0.0;
+        @if(!light) { facing = -dot(normal, normalize(position)); }
+        @if(light) {
+            let world = (view.view_to_world * vec4f(position, 1.0)).xyz;
+            let world_normal = (view.view_to_world * vec4f(normal, 0.0)).xyz;
+            facing = -dot(world_normal, light_ray(source, world).direction);
+        }
+        let known = open + closed;
+        // What a view cannot tell is not like what it can: the weight falls with the square of its share.
+        let share = known / f32(params.samples);
+        let weight = max(facing, 0.0) * share * share;
+        sum += weight * vec2f(open / max(known, 1.0), 1.0);
+    }
+    textureStore(views, id.xy, vec4f(sum, 0.0, 0.0));
+}

@@ -1,0 +1,83 @@
+// variants: published, further
+// Light from farther away by the paper's pattern (Lambru et al., section 3.1): points in the shell between a small and a large
+// hemisphere, projected into what one light sees. Each stands for the area of its share of the pattern; with `published`
+// by Equation 3. With `further`, added to what was gathered before.
+import package::common::hemisphere::shell_point;
+import package::common::math::{LARGEST_RADIANCE, spread2};
+import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
+import package::common::view::{View, SKY_DEPTH};
+@if(published) import package::hybrid::equation_3::equation_3;
+@if(!published) import package::hybrid::pattern::{Pattern, sample_area};
+import package::light_views::light_surface::unpack_light;
+@if(!published) import package::light_views::projection::{source_of, light_ray, area_across};
+@if(!published) import package::light_views::transfer::transfer;
+
+struct Params {
+    world_to_clip: mat4x4f,
+    // Width of a texel in full-resolution pixels.
+    scale: f32,
+    // Of the small and of the large hemisphere, scene units.
+    inner: f32,
+    outer: f32,
+    samples: u32,
+    // Brightness of a sample of the `published` weighting: its intensity over the samples of all patterns (Equations 2 and 5).
+    weight: f32,
+    // Stream of random numbers: the light. All faces around a point light project the same points.
+    light: u32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var surfels: texture_2d<u32>;
+@group(0) @binding(3) var place: texture_2d<f32>;
+@group(0) @binding(4) var light: texture_2d<u32>;
+@if(further) @group(0) @binding(5) var partial_sum: texture_2d<f32>;
+@group(0) @binding(6) var gathered: texture_storage_2d<rgba32float, write>;
+
+const STREAM: u32 = 5120u;
+
+@compute @workgroup_size(8, 8)
+fn gather(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(surfels)) {
+        return;
+    }
+    let own = textureLoad(surfels, id.xy, 0);
+    var sum = vec3f(0.0);
+    @if(further) { sum = textureLoad(partial_sum, id.xy, 0).rgb; }
+    if surfel_depth(own) > SKY_DEPTH {
+        let in_view = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
+        let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
+        let normal = normalize((view.view_to_world * vec4f(surfel_normal(own), 0.0)).xyz);
+        let size = vec2f(textureDimensions(place));
+        let random = spread2(id.xy, view.frame, STREAM + params.light, view.seed, false);
+        let inner = params.inner / params.outer;
+        @if(!published) let source = source_of(params.world_to_clip);
+        for (var i = 0u; i < params.samples; i++) {
+            let offset = shell_point(normal, inner, i, params.samples, random);
+            let point = position + params.outer * offset;
+            let clip = params.world_to_clip * vec4f(point, 1.0);
+            // Behind a spot light or a face of a cube the map shows nothing.
+            let texel = (clip.xy / max(clip.w, 1e-30) * vec2f(0.5, -0.5) + 0.5) * size;
+            let inside = clip.w > 0.0 && all(texel >= vec2f(0.0)) && all(texel < size);
+            let at = select(vec2i(0), vec2i(floor(texel)), inside);
+            let surface = unpack_light(textureLoad(place, at, 0).xyz, textureLoad(light, at, 0));
+            var counts = inside && surface.area > 0.0;
+            var factor = 0.0;
+            @if(published) { factor = params.weight * equation_3(position, normal, surface); }
+            @if(!published) {
+                // What is nearer is the small hemisphere's, what is farther nobody's.
+                let away = distance(surface.position, position);
+                counts = counts && away >= params.inner && away < params.outer;
+                let ray = light_ray(source, point);
+                let inverse = select(0.0, params.outer / ray.distance, ray.distance > 0.0);
+                let pattern = Pattern(normal, inner, params.outer);
+                let area = sample_area(pattern, offset, ray.direction, inverse, params.samples);
+                let texels = area / max(area_across(params.world_to_clip, ray, size.x), 1e-36);
+                // None stands for more than all of the map.
+                factor = transfer(position, normal, surface) * min(texels, size.x * size.y);
+            }
+            sum += select(vec3f(0.0), surface.radiance * factor, counts);
+        }
+    }
+    textureStore(gathered, id.xy, vec4f(min(sum, vec3f(LARGEST_RADIANCE)), 1.0));
+}

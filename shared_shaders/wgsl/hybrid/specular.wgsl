@@ -1,0 +1,183 @@
+// variants: lights, further
+// What glossy surfaces show in their mirror direction (Lambru et al., section 3.2, Equation 4): light of the pixel that the
+// intersection map names; with `lights`, where it names none, of the surface that the ray meets in what one light sees.
+// With `further`, behind what the lights before it showed. Ks is left out; the lobe is as narrow as a mirror's.
+@if(lights) import package::common::form_factor::MIN_COS_BETA;
+import package::common::scene::Material;
+import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
+import package::hybrid::mirror_map::{NOTHING, unpack_pixel};
+@if(lights) import package::light_views::light_surface::{LightSurface, unpack_light};
+@if(lights) import package::light_views::projection::{source_of, light_ray, area_across};
+
+struct Params {
+    @if(lights) world_to_clip: mat4x4f,
+    // Most texels of the light's view between two steps.
+    stride: f32,
+    // How far a ray is followed, scene units.
+    reach: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@if(lights) @group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var depth: texture_2d<f32>;
+@group(0) @binding(3) var normal: texture_2d<f32>;
+@group(0) @binding(4) var material: texture_2d<u32>;
+@group(0) @binding(5) var<storage, read> materials: array<Material>;
+@group(0) @binding(6) var mirror_map: texture_2d<u32>;
+@if(!further) @group(0) @binding(7) var direct: texture_2d<f32>;
+@if(further) @group(0) @binding(7) var partial_sum: texture_2d<f32>;
+// Light in rgb; in a the distance to the surface in a light's view that sends it, 0 where none does.
+@group(0) @binding(8) var specular: texture_storage_2d<rgba32float, write>;
+@if(lights) @group(0) @binding(9) var place: texture_2d<f32>;
+@if(lights) @group(0) @binding(10) var light: texture_2d<u32>;
+
+/// Steps of the march are halved to find where the ray crosses a surface.
+@if(lights) const HALVINGS: u32 = 6u;
+/// A crossing is one where the ray ends up this near to the surface, in widths of a texel: farther behind it, it passed
+/// behind what shades it.
+@if(lights) const TOLERANCE: f32 = 3.0;
+/// A ray starts this far from its surface, in widths of a texel: the map shows it in steps.
+@if(lights) const START: f32 = 1.0;
+/// Of two lights' surfaces at distances within this share of each other, both count: they are one.
+@if(lights) const SAME_DISTANCE: f32 = 0.02;
+
+/// What the light's view shows where a place is projected to, and how far behind it the place is, along the light's ray;
+/// negative before it.
+@if(lights)
+struct Seen {
+    surface: LightSurface,
+    behind: f32,
+    // Width of a texel there, scene units.
+    texel: f32,
+}
+
+@if(lights)
+fn seen_at(source: vec4f, point: vec3f) -> Seen {
+    let size = vec2f(textureDimensions(place));
+    let clip = params.world_to_clip * vec4f(point, 1.0);
+    let uv = clip.xy / max(clip.w, 1e-30) * vec2f(0.5, -0.5) + 0.5;
+    let at = vec2i(clamp(floor(uv * size), vec2f(0.0), size - 1.0));
+    let surface = unpack_light(textureLoad(place, at, 0).xyz, textureLoad(light, at, 0));
+    let ray = light_ray(source, point);
+    // To the surface's plane; it faces the light.
+    let height = dot(surface.normal, point - surface.position);
+    let behind = -height / max(-dot(surface.normal, ray.direction), MIN_COS_BETA);
+    let texel = sqrt(max(area_across(params.world_to_clip, ray, size.x), 0.0));
+    return Seen(surface, select(-params.reach, behind, surface.area > 0.0), texel);
+}
+
+/// The part t = low..high of a ray, clip space, that lies inside the light's view; empty where low > high.
+@if(lights)
+fn within_view(start: vec4f, direction: vec4f) -> vec2f {
+    var range = vec2f(0.0, params.reach);
+    // Left, right, bottom, top: w + x, w - x, w + y, w - y are positive inside; w stays clear of 0.
+    let at = array<vec2f, 5>(
+        vec2f(start.w + start.x, direction.w + direction.x),
+        vec2f(start.w - start.x, direction.w - direction.x),
+        vec2f(start.w + start.y, direction.w + direction.y),
+        vec2f(start.w - start.y, direction.w - direction.y),
+        vec2f(start.w - 1e-4 * params.reach * f32(direction.w != 0.0), direction.w),
+    );
+    for (var i = 0u; i < 5u; i++) {
+        let height = at[i].x;
+        let slope = at[i].y;
+        let crossing = -height / select(slope, 1e-30, abs(slope) < 1e-30);
+        if slope > 0.0 {
+            range.x = max(range.x, crossing);
+        } else if slope < 0.0 {
+            range.y = min(range.y, crossing);
+        } else if height < 0.0 {
+            return vec2f(1.0, 0.0);
+        }
+    }
+    return range;
+}
+
+/// Light that the ray meets in the light's view, and its distance; zeros where it meets none.
+@if(lights)
+fn march(position: vec3f, normal: vec3f, mirror: vec3f) -> vec4f {
+    let source = source_of(params.world_to_clip);
+    let size = f32(textureDimensions(place).x);
+    let width = sqrt(max(area_across(params.world_to_clip, light_ray(source, position), size), 0.0));
+    // In the shade or behind the light there is nothing to stay clear of.
+    let start = position + START * width * normal;
+    let origin = params.world_to_clip * vec4f(start, 1.0);
+    let along = params.world_to_clip * vec4f(mirror, 0.0);
+    let range = within_view(origin, along);
+    if range.x >= range.y {
+        return vec4f(0.0);
+    }
+    let first = origin + range.x * along;
+    let last = origin + range.y * along;
+    let way = (last.xy / last.w - first.xy / first.w) * 0.5 * size;
+    let steps = u32(clamp(ceil(length(way) / params.stride), 1.0, 2.0 * size));
+    let inverse = 1.0 / vec2f(first.w, last.w);
+    let ends = range * inverse;
+    var before = range.x;
+    var was_before = seen_at(source, start + before * mirror).behind <= 0.0;
+    for (var i = 1u; i <= steps; i++) {
+        // Even steps in the map: t / w and 1 / w are linear there.
+        let share = f32(i) / f32(steps);
+        let after = mix(ends.x, ends.y, share) / mix(inverse.x, inverse.y, share);
+        let is_behind = seen_at(source, start + after * mirror).behind > 0.0;
+        if is_behind && was_before {
+            var low = before;
+            var high = after;
+            for (var k = 0u; k < HALVINGS; k++) {
+                let middle = 0.5 * (low + high);
+                let in_front = seen_at(source, start + middle * mirror).behind <= 0.0;
+                low = select(low, middle, in_front);
+                high = select(middle, high, in_front);
+            }
+            let seen = seen_at(source, start + high * mirror);
+            if dot(seen.surface.normal, mirror) < 0.0 && seen.behind < TOLERANCE * seen.texel {
+                return vec4f(seen.surface.radiance, max(high, 1e-30));
+            }
+        }
+        was_before = !is_behind;
+        before = after;
+    }
+    return vec4f(0.0);
+}
+
+@compute @workgroup_size(8, 8)
+fn show(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(specular)) {
+        return;
+    }
+    let d = textureLoad(depth, id.xy, 0).x;
+    let own = materials[textureLoad(material, id.xy, 0).x];
+    var result = vec4f(0.0);
+    @if(further) { result = textureLoad(partial_sum, id.xy, 0); }
+    // Where nothing is seen the material is the first one.
+    if d > SKY_DEPTH && any(own.specular > vec3f(0.0)) {
+        let n = normalize(textureLoad(normal, id.xy, 0).xyz);
+        let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
+        let mirror = reflect(normalize(position), n);
+        let cosine = dot(mirror, n);
+        // The modified Phong lobe of hierarchical/lobe.wgsl, of which light in the mirror direction is all that arrives.
+        let exponent = max(own.phong_exponent, 0.0);
+        let lobe = max(cosine, 0.0) * (exponent + 2.0) / (exponent + 1.0);
+        let word = textureLoad(mirror_map, id.xy, 0).x;
+        @if(!further) {
+            if word != NOTHING {
+                result = vec4f(textureLoad(direct, unpack_pixel(word), 0).rgb * lobe, 0.0);
+            }
+        }
+        @if(lights) {
+            if word == NOTHING && cosine > 0.0 {
+                let world_position = (view.view_to_world * vec4f(position, 1.0)).xyz;
+                let world_normal = (view.view_to_world * vec4f(n, 0.0)).xyz;
+                let found = march(world_position, world_normal, (view.view_to_world * vec4f(mirror, 0.0)).xyz);
+                if found.w > 0.0 {
+                    // Of several lights' surfaces the nearest one hides the others; on one surface their light adds up.
+                    let shown = vec4f(found.rgb * lobe, found.w);
+                    let nearer = result.w == 0.0 || found.w < result.w * (1.0 - SAME_DISTANCE);
+                    let same = abs(found.w - result.w) <= SAME_DISTANCE * result.w;
+                    result = select(select(result, vec4f(result.rgb + shown.rgb, result.w), same), shown, nearer);
+                }
+            }
+        }
+    }
+    textureStore(specular, id.xy, result);
+}

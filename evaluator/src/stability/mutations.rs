@@ -185,7 +185,7 @@ pub const MUTATIONS: &[Mutation] = &[
     },
     Mutation {
         name: "sectors of the bitmask are rounded down",
-        edits: &[("i32(min(a, b) + rounding)", "i32(min(a, b))"), ("i32(max(a, b) + rounding)", "i32(max(a, b))")],
+        edits: &[("let lowest = rounding - 0.5;", "let lowest = -0.5;")],
         rows: &["sectors of the bitmask"],
         hidden_by: None,
     },

@@ -97,7 +97,7 @@ impl SliceGather<'_> {
             Some(environment) => pass.bind("environment", environment),
             None => pass,
         };
-        bind(pass).over(level.size);
+        bind(pass).over(tiled(level.size));
         let found = denoised(plan, level, gathered, self.denoise);
         let upsampling = Upsampling { kernel: UpsamplingKernel::Linear, storage: self.storage };
         if lit {
@@ -120,6 +120,14 @@ impl SliceGather<'_> {
             indirect
         })
     }
+}
+
+/// What to dispatch for a pass that takes its pixels from `common/tile.wgsl`: all rows of a tile along x, tiles along y.
+fn tiled([width, height]: [u32; 2]) -> [u32; 2] {
+    /// Workgroups across a tile, and pixels across a workgroup.
+    const TILE: u32 = 16;
+    const GROUP: u32 = 8;
+    [TILE * height.next_multiple_of(GROUP), width.div_ceil(TILE * GROUP) * GROUP]
 }
 
 /// The scene's environment, where it has one.

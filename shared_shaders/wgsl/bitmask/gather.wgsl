@@ -8,6 +8,7 @@
 // of equal cosine-weighted solid angle, slices weighted by the projected normal, no cosine at the source (sectors are
 // solid angles already), and each sample stands for its whole stride.
 import package::common::math::{PI, nearest_whole, random3, spread2};
+import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
 import package::common::plane::{plane_gradient, plane_inverse_depth, plane_radiance};
 import package::common::surfel::surfel_depth;
@@ -235,20 +236,21 @@ fn cosines(receiver: Receiver, words: vec4u, texel: vec2i, screen: Screen) -> f3
 }
 
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let pixel = tiled_pixel(group, local);
+    if any(pixel >= textureDimensions(surfels)) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, pixel, 0);
     if surfel_depth(own) <= SKY_DEPTH {
-        @if(light && packed) { textureStore(gathered, id.xy, vec4u(0u)); }
-        @if(!light || !packed) { textureStore(gathered, id.xy, vec4f(0.0)); }
+        @if(light && packed) { textureStore(gathered, pixel, vec4u(0u)); }
+        @if(!light || !packed) { textureStore(gathered, pixel, vec4f(0.0)); }
         return;
     }
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
-    let receiver = receiver_of(own, id.xy, screen);
-    let random = spread2(id.xy, view.frame, SLICE_STREAM, view.seed, OVER_FRAMES);
-    let chance = random3(id.xy, view.frame, SECTOR_STREAM, view.seed).x;
+    let receiver = receiver_of(own, pixel, screen);
+    let random = spread2(pixel, view.frame, SLICE_STREAM, view.seed, OVER_FRAMES);
+    let chance = random3(pixel, view.frame, SECTOR_STREAM, view.seed).x;
     let unit = 1.0 / receiver.depth;
     let reach = Reach(params.radius * unit, params.thickness * unit, params.thickness_slope);
     var open = 1.0;
@@ -296,7 +298,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     // Weights of single slices may hide more than everything, rounding may open more.
     open = saturate(open);
-    @if(light && !packed) { textureStore(gathered, id.xy, vec4f(max(light, vec3f(0.0)), open)); }
-    @if(light && packed) { textureStore(gathered, id.xy, with_radiance(own, max(light, vec3f(0.0)))); }
-    @if(!light) { textureStore(gathered, id.xy, vec4f(open)); }
+    @if(light && !packed) { textureStore(gathered, pixel, vec4f(max(light, vec3f(0.0)), open)); }
+    @if(light && packed) { textureStore(gathered, pixel, with_radiance(own, max(light, vec3f(0.0)))); }
+    @if(!light) { textureStore(gathered, pixel, vec4f(open)); }
 }

@@ -1,6 +1,7 @@
 // Ground-truth ambient occlusion (Jimenez et al. 2016): openness between the horizons of both sides of each slice, where
 // everything that is seen reaches back without end. With FALLS occluders lose their weight towards the radius.
 import package::common::math::{most, spread2};
+import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
 import package::common::slice::{
@@ -72,18 +73,19 @@ fn open_arc(walk: Walk, slice: Slice) -> f32 {
 }
 
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let pixel = tiled_pixel(group, local);
+    if any(pixel >= textureDimensions(surfels)) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, pixel, 0);
     if surfel_depth(own) <= SKY_DEPTH {
-        textureStore(gathered, id.xy, vec4f(0.0));
+        textureStore(gathered, pixel, vec4f(0.0));
         return;
     }
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
-    let receiver = receiver_of(own, id.xy, screen);
-    let random = spread2(id.xy, view.frame, SLICE_STREAM, view.seed, false);
+    let receiver = receiver_of(own, pixel, screen);
+    let random = spread2(pixel, view.frame, SLICE_STREAM, view.seed, false);
     let radius = params.radius / receiver.depth;
     let fade = 1.0 / max(radius * params.falloff, 1e-30);
     var open = 1.0;
@@ -108,5 +110,5 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         open -= slice.weight * (all - arcs) / f32(SLICES);
     }
     // Weights of single slices may hide more than everything, rounding may open more.
-    textureStore(gathered, id.xy, vec4f(saturate(open)));
+    textureStore(gathered, pixel, vec4f(saturate(open)));
 }

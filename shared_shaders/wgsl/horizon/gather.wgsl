@@ -5,6 +5,7 @@
 // Light in rgb, openness in a.
 import package::common::math::{most, spread2};
 @if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor};
+import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
 import package::common::plane::plane_radiance;
 import package::common::surfel::surfel_depth;
@@ -73,19 +74,20 @@ fn take(walk: ptr<function, Walk>, receiver: Receiver, slice: Slice, radius: f32
 }
 
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let pixel = tiled_pixel(group, local);
+    if any(pixel >= textureDimensions(surfels)) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, pixel, 0);
     if surfel_depth(own) <= SKY_DEPTH {
-        @if(packed) { textureStore(gathered, id.xy, vec4u(0u)); }
-        @if(!packed) { textureStore(gathered, id.xy, vec4f(0.0)); }
+        @if(packed) { textureStore(gathered, pixel, vec4u(0u)); }
+        @if(!packed) { textureStore(gathered, pixel, vec4f(0.0)); }
         return;
     }
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
-    let receiver = receiver_of(own, id.xy, screen);
-    let random = spread2(id.xy, view.frame, SLICE_STREAM, view.seed, false);
+    let receiver = receiver_of(own, pixel, screen);
+    let random = spread2(pixel, view.frame, SLICE_STREAM, view.seed, false);
     let radius = params.radius / receiver.depth;
     var sum = vec4f(0.0, 0.0, 0.0, 1.0);
     for (var i = 0u; i < SLICES; i++) {
@@ -117,6 +119,6 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         sum = max(sum, vec4f(0.0));
     }
     // Weights of single slices may hide more than everything, rounding may open more.
-    @if(packed) { textureStore(gathered, id.xy, with_radiance(own, max(sum.rgb, vec3f(0.0)))); }
-    @if(!packed) { textureStore(gathered, id.xy, vec4f(max(sum.rgb, vec3f(0.0)), saturate(sum.w))); }
+    @if(packed) { textureStore(gathered, pixel, with_radiance(own, max(sum.rgb, vec3f(0.0)))); }
+    @if(!packed) { textureStore(gathered, pixel, vec4f(max(sum.rgb, vec3f(0.0)), saturate(sum.w))); }
 }

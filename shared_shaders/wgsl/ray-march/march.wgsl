@@ -4,6 +4,7 @@
 // only openness is found: the share of rays that hit nothing. With `ambient` those see the environment.
 import package::common::math::{PI, random3, spread2};
 @if(ambient && light) import package::common::environment::{MAP, latlong};
+import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
 @if(light && packed) import package::common::surfel::with_radiance;
@@ -95,20 +96,21 @@ fn cosine_direction(normal: vec3f, random: vec2f) -> vec3f {
 }
 
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let pixel = tiled_pixel(group, local);
+    if any(pixel >= textureDimensions(surfels)) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, pixel, 0);
     if surfel_depth(own) <= SKY_DEPTH {
-        @if(light && packed) { textureStore(gathered, id.xy, vec4u(0u)); }
-        @if(!light || !packed) { textureStore(gathered, id.xy, vec4f(0.0)); }
+        @if(light && packed) { textureStore(gathered, pixel, vec4u(0u)); }
+        @if(!light || !packed) { textureStore(gathered, pixel, vec4f(0.0)); }
         return;
     }
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
-    let receiver = receiver_of(own, id.xy, screen);
-    let random = spread2(id.xy, view.frame, RAY_STREAM, view.seed, false);
-    let jitter = random3(id.xy, view.frame, JITTER_STREAM, view.seed).x;
+    let receiver = receiver_of(own, pixel, screen);
+    let random = spread2(pixel, view.frame, RAY_STREAM, view.seed, false);
+    let jitter = random3(pixel, view.frame, JITTER_STREAM, view.seed).x;
     var sum = vec4f(0.0);
     for (var i = 0u; i < RAYS; i++) {
         // The rays of a pixel are spread evenly over the hemisphere.
@@ -121,7 +123,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         }
         sum += found / f32(RAYS);
     }
-    @if(light && !packed) { textureStore(gathered, id.xy, sum); }
-    @if(light && packed) { textureStore(gathered, id.xy, with_radiance(own, sum.rgb)); }
-    @if(!light) { textureStore(gathered, id.xy, vec4f(sum.w)); }
+    @if(light && !packed) { textureStore(gathered, pixel, sum); }
+    @if(light && packed) { textureStore(gathered, pixel, with_radiance(own, sum.rgb)); }
+    @if(!light) { textureStore(gathered, pixel, vec4f(sum.w)); }
 }

@@ -182,9 +182,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     }
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
     let light = match patterns {
-        Some(patterns) => {
-            patterns.sum().map(|sum| to_display(plan, inputs, &upsampling, level, sum, "indirect"))
-        }
+        Some(patterns) => patterns.sum().map(|sum| to_display(plan, inputs, &upsampling, level, sum, "indirect")),
         None => Gather::new(plan, inputs, &parameters, level, radius, lights).map(|gather| {
             let gathered = gather.gather(plan);
             let light = to_display(plan, inputs, &upsampling, level, gathered, "indirect");

@@ -8,7 +8,7 @@ use halflight_renderer::{
     SceneFacts, plan_frame,
     truth::{Request, Stop},
 };
-use halflight_scenes::{Light, Material, Scene};
+use halflight_scenes::{Keyframe, Light, Material, Motion, Scene};
 use halflight_tests::{device, frames, known, mean_luminance, render, request, scenes, settings};
 
 const SIZE: [u32; 2] = [96, 54];
@@ -351,6 +351,38 @@ fn a_mirror_shows_what_is_off_the_screen() {
     let errors = |image: &[[f32; 3]]| halflight_evaluator::metrics::linear_errors(image, &wanted, None).rmse;
     println!("RMSE {:.4} by the screen, {:.4} by both", errors(&screen), errors(&both));
     assert!(errors(&both) < 0.3 * errors(&screen));
+}
+
+#[test]
+fn what_a_light_sees_follows_it() {
+    let mut scene = hall_of_one_mirror();
+    let turned = Keyframe { frame: 20, rotate_degrees: [12.0, 8.0, 0.0], ..Keyframe::default() };
+    scene.moves.lights.push((0, Motion { pivot: [0.0; 3], keyframes: vec![Keyframe::default(), turned] }));
+    let posed = scene.posed(13);
+    let images = |scene: &Scene, frame| {
+        let session = Session::new(device(), scene);
+        let settings = [
+            ("weighting", "pattern"),
+            ("start_resolution", "half"),
+            ("specular", "both"),
+            ("ambient_occlusion", "both"),
+            ("light_view_size", "64"),
+        ];
+        let mut run = frames(&session, &request("hybrid", &settings, SIZE));
+        run.run(frame).unwrap();
+        ["indirect", "glossy", "ambient_occlusion"].map(|output| run.read_rgb(output).unwrap().unwrap())
+    };
+    let [moving, still, before] = [images(&scene, 13), images(&posed, 13), images(&scene, 0)];
+    let rms = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+        let squares = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| f64::from(a - b).powi(2));
+        (squares.sum::<f64>() / (3 * a.len()) as f64).sqrt()
+    };
+    for (i, name) in ["indirect", "glossy", "openness"].into_iter().enumerate() {
+        let (off, moved) = (rms(&moving[i], &still[i]), rms(&moving[i], &before[i]));
+        println!("{name}: {off:.2e} from the still scene, {moved:.2e} from where it was");
+        // Matrices are the same but for rounding, which moves borders of texels: of 64 texels in a few pixels.
+        assert!(moved > 1e-3 && off < 0.1 * moved, "{name}: {off} of {moved}");
+    }
 }
 
 #[test]

@@ -209,8 +209,7 @@ pub fn published(group: &Group, all: &[Group]) -> Vec<Table> {
     };
     let rows: Vec<(usize, &Measurement)> = match table.divisor {
         Some(_) => {
-            let last =
-                all.iter().rfind(same).is_some_and(|last| std::ptr::eq(last.first(), group.first()));
+            let last = all.iter().rfind(same).is_some_and(|last| std::ptr::eq(last.first(), group.first()));
             if !last {
                 return vec![];
             }

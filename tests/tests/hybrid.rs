@@ -8,7 +8,7 @@ use halflight_renderer::{
     SceneFacts, plan_frame,
     truth::{Request, Stop},
 };
-use halflight_scenes::{Light, Material, Scene};
+use halflight_scenes::{Keyframe, Light, Material, Motion, Scene};
 use halflight_tests::{device, frames, known, mean_luminance, render, request, scenes, settings};
 
 const SIZE: [u32; 2] = [96, 54];
@@ -192,7 +192,10 @@ fn pixels_that_interpolation_does_not_know_are_gathered_anew() {
             ("light_view_size", "16"),
             ("light_samples", "1024"),
         ];
-        frames(&session, &request("hybrid", &[&base[..], more].concat(), SIZE)).mean_over_frames("indirect", 2).unwrap().0
+        frames(&session, &request("hybrid", &[&base[..], more].concat(), SIZE))
+            .mean_over_frames("indirect", 2)
+            .unwrap()
+            .0
     };
     let full = image(&[("start_resolution", "full")]);
     let error = |image: &[[f32; 3]]| halflight_evaluator::metrics::linear_errors(image, &full, None).rmse;
@@ -200,7 +203,10 @@ fn pixels_that_interpolation_does_not_know_are_gathered_anew() {
     let [none, few, all] = ["0", "0.1", "1"].map(of);
     let changed = few.iter().zip(&none).filter(|(a, b)| a != b).count() as f64 / none.len() as f64;
     let errors = [&none, &few, &all].map(|image| error(image));
-    println!("RMSE {errors:.4?} against full resolution; {:.1} % of the pixels gathered anew below 0.1", 100.0 * changed);
+    println!(
+        "RMSE {errors:.4?} against full resolution; {:.1} % of the pixels gathered anew below 0.1",
+        100.0 * changed
+    );
     // A fifth of a percent of the pixels, at edges, holds a quarter of the error. What is left where all are gathered anew is
     // the choice of lights: receivers of another resolution choose others.
     assert!(changed > 0.0 && changed < 0.01 && errors[1] < 0.85 * errors[0], "{changed} {errors:?}");
@@ -232,7 +238,9 @@ fn the_plan_has_what_scene_and_settings_need() {
     assert_eq!(names(&two, &[]).len(), both.len() + 10);
     // The paper's patterns need neither a choice of lights nor a grid of cubes.
     let patterns = names(&scene, &[("weighting", "published")]);
-    for (name, there) in [("near", true), ("rsm_0", true), ("gather", false), ("choose", false), ("scene_voxels", false)] {
+    for (name, there) in
+        [("near", true), ("rsm_0", true), ("gather", false), ("choose", false), ("scene_voxels", false)]
+    {
         assert_eq!(patterns.iter().any(|pass| pass == name), there, "{name}: {patterns:?}");
     }
     // Single pixels are gathered anew where that is asked for and something was interpolated.
@@ -268,7 +276,10 @@ fn published_weights_are_a_mean_over_all_samples() {
     let of = |session: &Session, more: &[(&str, &str)]| {
         let base =
             [("weighting", "published"), ("start_resolution", "full"), ("radius", "0.4"), ("storage", "float32")];
-        frames(session, &request("hybrid", &[&base[..], more].concat(), SIZE)).mean_over_frames("indirect", 4).unwrap().0
+        frames(session, &request("hybrid", &[&base[..], more].concat(), SIZE))
+            .mean_over_frames("indirect", 4)
+            .unwrap()
+            .0
     };
     let mean = |more: &[(&str, &str)]| mean_luminance(&of(&session, more));
     // Equation 2: L = (L_rsm N_rsm + L_ssdo N_ssdo) / (N_rsm + N_ssdo), here with a third of the samples on the screen.
@@ -327,7 +338,10 @@ fn a_mirror_shows_what_is_off_the_screen() {
     let red = |image: &[[f32; 3]]| image.iter().map(|p| f64::from((p[0] - p[1]).max(0.0))).sum::<f64>();
     let grey = |image: &[[f32; 3]]| image.iter().map(|p| f64::from(p[2])).sum::<f64>();
     let (red_ratio, grey_ratio) = (red(&both) / red(&wanted), grey(&both) / grey(&wanted));
-    println!("red: {:.4} of the truth by the screen, {red_ratio:.4} by both; grey {grey_ratio:.4}", red(&screen) / red(&wanted));
+    println!(
+        "red: {:.4} of the truth by the screen, {red_ratio:.4} by both; grey {grey_ratio:.4}",
+        red(&screen) / red(&wanted)
+    );
     assert!(red(&wanted) > 10.0 && grey(&wanted) > 1.0);
     assert_eq!(red(&screen), 0.0);
     // Texels of a light's view are 2.5 cm wide and pixels of the floor 5 cm long: the border between the walls, and the end
@@ -337,6 +351,38 @@ fn a_mirror_shows_what_is_off_the_screen() {
     let errors = |image: &[[f32; 3]]| halflight_evaluator::metrics::linear_errors(image, &wanted, None).rmse;
     println!("RMSE {:.4} by the screen, {:.4} by both", errors(&screen), errors(&both));
     assert!(errors(&both) < 0.3 * errors(&screen));
+}
+
+#[test]
+fn what_a_light_sees_follows_it() {
+    let mut scene = hall_of_one_mirror();
+    let turned = Keyframe { frame: 20, rotate_degrees: [12.0, 8.0, 0.0], ..Keyframe::default() };
+    scene.moves.lights.push((0, Motion { pivot: [0.0; 3], keyframes: vec![Keyframe::default(), turned] }));
+    let posed = scene.posed(13);
+    let images = |scene: &Scene, frame| {
+        let session = Session::new(device(), scene);
+        let settings = [
+            ("weighting", "pattern"),
+            ("start_resolution", "half"),
+            ("specular", "both"),
+            ("ambient_occlusion", "both"),
+            ("light_view_size", "64"),
+        ];
+        let mut run = frames(&session, &request("hybrid", &settings, SIZE));
+        run.run(frame).unwrap();
+        ["indirect", "glossy", "ambient_occlusion"].map(|output| run.read_rgb(output).unwrap().unwrap())
+    };
+    let [moving, still, before] = [images(&scene, 13), images(&posed, 13), images(&scene, 0)];
+    let rms = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+        let squares = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| f64::from(a - b).powi(2));
+        (squares.sum::<f64>() / (3 * a.len()) as f64).sqrt()
+    };
+    for (i, name) in ["indirect", "glossy", "openness"].into_iter().enumerate() {
+        let (off, moved) = (rms(&moving[i], &still[i]), rms(&moving[i], &before[i]));
+        println!("{name}: {off:.2e} from the still scene, {moved:.2e} from where it was");
+        // Matrices are the same but for rounding, which moves borders of texels: of 64 texels in a few pixels.
+        assert!(moved > 1e-3 && off < 0.1 * moved, "{name}: {off} of {moved}");
+    }
 }
 
 #[test]
@@ -363,7 +409,12 @@ fn openness_from_two_views_is_nearer_to_truth() {
         (squares.sum::<f64>() / wanted.len() as f64).sqrt()
     };
     let hybrid = |views| {
-        let settings = [("ambient_occlusion", views), ("occlusion_radius", "1"), ("sources", "screen"), ("light_view_size", "256")];
+        let settings = [
+            ("ambient_occlusion", views),
+            ("occlusion_radius", "1"),
+            ("sources", "screen"),
+            ("light_view_size", "256"),
+        ];
         error("hybrid", &settings)
     };
     let (ssao, screen, both) = (error("ssao", &[("radius", "1")]), hybrid("screen"), hybrid("both"));

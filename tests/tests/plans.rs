@@ -525,9 +525,8 @@ fn every_plan() -> Vec<FramePlan> {
         polished.lights = vec![scenes::sun(); lights];
         glossy.extend(["screen", "both"].into_iter().flat_map(|specular| {
             let values = [("specular", specular), ("ambient_occlusion", "both"), ("temporal_a", "0.9")];
-            ["radiometric", "published"].map(|weighting| {
-                plan(&polished, "hybrid", &[&values[..], &[("weighting", weighting)]].concat(), SIZE)
-            })
+            ["radiometric", "published"]
+                .map(|weighting| plan(&polished, "hybrid", &[&values[..], &[("weighting", weighting)]].concat(), SIZE))
         }));
     }
     polished.lights = vec![scenes::sun()];

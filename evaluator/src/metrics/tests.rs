@@ -47,8 +47,15 @@ fn close(value: f64, expected: f64, tolerance: f64) {
 fn equal_images_have_no_error() {
     let image = picture(40, 30);
     let linear = linear_errors(&image, &image, None);
-    let none =
-        LinearErrors { rel_mse: 0.0, rmse: 0.0, bias: 0.0, p95_abs: 0.0, p999_abs: 0.0, best_factor: 1.0, scaled_rel_mse: 0.0 };
+    let none = LinearErrors {
+        rel_mse: 0.0,
+        rmse: 0.0,
+        bias: 0.0,
+        p95_abs: 0.0,
+        p999_abs: 0.0,
+        best_factor: 1.0,
+        scaled_rel_mse: 0.0,
+    };
     assert_eq!(linear, none);
     let display = display(&image, &image, 40);
     assert_eq!(display.psnr_db, f64::INFINITY);

@@ -361,7 +361,8 @@ impl PublishedRow {
     /// part of it.
     pub fn matches(&self, row: &Measurement, divisor: Option<u32>) -> bool {
         let fits = self.resolution.is_none_or(|size| size.map(|v| v / divisor.unwrap_or(1)) == [row.width, row.height]);
-        fits && self.parameters.iter().all(|(name, value)| row.parameters.get(name).is_some_and(|own| plain(own) == *value))
+        let set = |(name, value): &(String, String)| row.parameters.get(name).is_some_and(|own| plain(own) == *value);
+        fits && self.parameters.iter().all(set)
     }
 
     /// A step's time, ms.

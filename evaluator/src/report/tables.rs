@@ -209,7 +209,7 @@ pub fn published(group: &Group, all: &[Group]) -> Vec<Table> {
     };
     let rows: Vec<(usize, &Measurement)> = match table.divisor {
         Some(_) => {
-            let last = all.iter().filter(same).next_back().is_some_and(|last| std::ptr::eq(last.first(), group.first()));
+            let last = all.iter().rfind(same).is_some_and(|last| std::ptr::eq(last.first(), group.first()));
             if !last {
                 return vec![];
             }
@@ -271,7 +271,9 @@ impl<'a> Held<'a> {
         let mut rows: Vec<TableRow> = Vec::new();
         for Claim { name, step, of, over, over_step } in self.table.claims {
             let mut cells = vec![Cell::text(*name), Cell::text(*step)];
-            cells.extend(self.gpus.iter().map(|gpu| ratio(self.paper(*of, gpu, step), self.paper(*over, gpu, over_step))));
+            cells.extend(
+                self.gpus.iter().map(|gpu| ratio(self.paper(*of, gpu, step), self.paper(*over, gpu, over_step))),
+            );
             cells.push(ratio(self.measured(*of, step), self.measured(*over, over_step)));
             rows.push(TableRow { row: None, cells });
         }

@@ -1,5 +1,5 @@
 //! Screen space and light space together (Lambru et al.): light from nearby comes from what the camera sees, light from
-//! farther away from what the lights see, on the screen or not.
+//! farther away from what the lights see, on the screen or not; light in mirror directions and openness from both.
 
 mod openness;
 mod patterns;
@@ -143,13 +143,12 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], divisor, if chosen { IMPORTANCE_LEVELS } else { 0 });
     let (level, coarse) = (&levels[0], &levels[levels.len() - 1]);
     let radius = inputs.nearby(parameters.radius, Hybrid::TECHNIQUE)?;
-    let occlusion_radius = inputs.nearby(parameters.occlusion_radius, Hybrid::TECHNIQUE)?;
 
     // What the screen tells is found first, and once for all lights.
     let mut patterns = (parameters.weighting != Weighting::Radiometric && (near || far))
         .then(|| Patterns::new(plan, &parameters, level, radius));
     let mut specular = Specular::new(plan, inputs, &parameters);
-    let mut openness = Openness::new(plan, &parameters, level, occlusion_radius);
+    let mut openness = Openness::new(plan, inputs, &parameters, level)?;
 
     // Each light's view is drawn, and read by all that look for something in it.
     let asks = |views: Views| views == Views::Both && lit;
@@ -182,9 +181,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     }
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
     let light = match patterns {
-        Some(patterns) => {
-            patterns.sum().map(|sum| to_display(plan, inputs, &upsampling, level, sum, "indirect"))
-        }
+        Some(patterns) => patterns.sum().map(|sum| to_display(plan, inputs, &upsampling, level, sum, "indirect")),
         None => Gather::new(plan, inputs, &parameters, level, radius, lights).map(|gather| {
             let gathered = gather.gather(plan);
             let light = to_display(plan, inputs, &upsampling, level, gathered, "indirect");

@@ -1,5 +1,5 @@
-//! A winged statue in a corner of three coloured walls, in the manner of Lambru et al., Figures 1 and 6: light from a wall
-//! that the camera does not see colours what it does. The floor is polished.
+//! A winged statue in a corner of three coloured walls, in the manner of Lambru et al., Figures 1 and 6: light from a
+//! wall that the camera does not see colours what it does. The floor is polished.
 
 use std::f32::consts::{PI, TAU};
 
@@ -65,7 +65,14 @@ pub fn build() -> Geometry {
 fn gown(pen: &mut Pen<'_>, foot: f32) {
     // Radius by height, both in metres.
     let outline = [
-        [0.27, 0.0], [0.25, 0.12], [0.21, 0.35], [0.175, 0.58], [0.135, 0.76], [0.15, 0.90], [0.175, 1.02], [0.15, 1.10],
+        [0.27, 0.0],
+        [0.25, 0.12],
+        [0.21, 0.35],
+        [0.175, 0.58],
+        [0.135, 0.76],
+        [0.15, 0.90],
+        [0.175, 1.02],
+        [0.15, 1.10],
         [0.05, 1.19],
     ];
     let radius = |y: f32| {

@@ -148,7 +148,8 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
         @if(float16) {
             result = min(result, vec3f(LARGEST_FLOAT16));
         }
-        // How much the parents know of this surface, for passes that gather anew where it is little; of the sky all is known.
+        // How much the parents know of this surface, for passes that gather anew where it is little; of the sky all is
+        // known.
         let known = select(1.0, min(weight, 1.0), fine.depth > SKY_DEPTH);
         textureStore(indirect, texel, vec4f(result, known));
     }

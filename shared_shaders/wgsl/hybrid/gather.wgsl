@@ -1,8 +1,8 @@
 // variants: near, far, visibility, recompute, float16
 // Hybrid diffuse light (Lambru et al., section 3.1): with `near`, from what the camera sees within a radius (SSDO);
-// with `far`, from what the lights see beyond it (RSM). The two domains share no pair of points, so they add up. With
-// `recompute`, for those pixels of the display of whose surface the coarse texels know too little (Dachsbacher & Stamminger
-// 2005, section 4.3); the others keep what was interpolated.
+// with `far`, from what the lights see beyond it (RSM). The two domains share no pair of points, so they add up.
+// With `recompute`, for those pixels of the display of whose surface the coarse texels know too little (Dachsbacher &
+// Stamminger 2005, section 4.3); the others keep what was interpolated.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};

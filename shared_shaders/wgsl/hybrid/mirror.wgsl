@@ -1,5 +1,5 @@
-// Where the mirror direction of each glossy pixel meets what the camera sees (Sousa et al. 2011): the intersection map of
-// Lambru et al., section 4.2, made once for all lights.
+// Where the mirror direction of each glossy pixel meets what the camera sees (Sousa et al. 2011): the intersection map
+// of Lambru et al., section 4.2, made once for all lights.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::scene::Material;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position, pixel_of};
@@ -18,7 +18,8 @@ struct Params {
 @group(0) @binding(5) var<storage, read> materials: array<Material>;
 @group(0) @binding(6) var mirror_map: texture_storage_2d<r32uint, write>;
 
-/// Steps between two of the march that are halved to find where the ray crosses a surface: a stride of 64 pixels becomes one.
+/// Steps between two of the march that are halved to find where the ray crosses a surface: a stride of 64 pixels
+/// becomes one.
 const HALVINGS: u32 = 6u;
 /// A crossing is one where the ray ends up this near to the surface, in widths of a pixel: farther behind it, it passed
 /// behind what hides it.
@@ -28,8 +29,8 @@ const START: f32 = 0.5;
 /// How far away a ray is followed, in depths of where it starts: by then it is at its vanishing point.
 const FARTHEST: f32 = 1e4;
 
-/// Depth of the surface that a place of the screen shows, along the ray through that place: its tangent plane, within the
-/// pixel. Negative where it shows none.
+/// Depth of the surface that a place of the screen shows, along the ray through that place: its tangent plane, within
+/// the pixel. Negative where it shows none.
 fn depth_at(place: vec2f, texel: vec2i) -> f32 {
     let d = textureLoad(depth, texel, 0).x;
     let n = textureLoad(normal, texel, 0).xyz;

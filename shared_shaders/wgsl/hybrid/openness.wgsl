@@ -1,7 +1,7 @@
 // variants: light
-// Ambient occlusion from several views (Lambru et al., section 3.3): points of the hemisphere that a view shows to be open or
-// closed (Mittring 2007), weighted by how well the view can tell (after Vardis et al. 2013). The screen's comes first and once;
-// with `light`, what one light's view can tell is added to it.
+// Ambient occlusion from several views (Lambru et al., section 3.3): points of the hemisphere that a view shows to be
+// open or closed (Mittring 2007), weighted by how well the view can tell (after Vardis et al. 2013). The screen's comes
+// first and once; with `light`, what one light's view can tell is added to it.
 import package::common::hemisphere::hemisphere_point;
 import package::common::math::spread2;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};

@@ -1,7 +1,7 @@
 // variants: published, further
-// Light from farther away by the paper's pattern (Lambru et al., section 3.1): points in the shell between a small and a large
-// hemisphere, projected into what one light sees. Each stands for the area of its share of the pattern; with `published`
-// by Equation 3. With `further`, added to what was gathered before.
+// Light from farther away by the paper's pattern (Lambru et al., section 3.1): points in the shell between a small and
+// a large hemisphere, projected into what one light sees. Each stands for the area of its share of the pattern; with
+// `published` by Equation 3. With `further`, added to what was gathered before.
 import package::common::hemisphere::shell_point;
 import package::common::math::{LARGEST_RADIANCE, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
@@ -20,7 +20,8 @@ struct Params {
     inner: f32,
     outer: f32,
     samples: u32,
-    // Brightness of a sample of the `published` weighting: its intensity over the samples of all patterns (Equations 2 and 5).
+    // Brightness of a sample of the `published` weighting: its intensity over the samples of all patterns (Equations 2
+    // and 5).
     weight: f32,
     // Stream of random numbers: the light. All faces around a point light project the same points.
     light: u32,

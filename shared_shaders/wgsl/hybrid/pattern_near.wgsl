@@ -1,7 +1,7 @@
 // variants: published
-// Nearby light by the paper's pattern (Lambru et al., section 3.1; Ritschel et al. 2009): points inside a small hemisphere,
-// projected to the screen. Each stands for the area of its share of the pattern; with `published` it counts where what is
-// seen hides it, by Equation 3: a mean between points, without units.
+// Nearby light by the paper's pattern (Lambru et al., section 3.1; Ritschel et al. 2009): points inside a small
+// hemisphere, projected to the screen. Each stands for the area of its share of the pattern; with `published` it counts
+// where what is seen hides it, by Equation 3: a mean between points, without units.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::hemisphere::hemisphere_point;
 import package::common::math::{LARGEST_RADIANCE, spread2};
@@ -18,7 +18,8 @@ struct Params {
     // Of the hemisphere, scene units.
     radius: f32,
     samples: u32,
-    // Brightness of a sample of the `published` weighting: its intensity over the samples of all patterns (Equations 2 and 5).
+    // Brightness of a sample of the `published` weighting: its intensity over the samples of all patterns (Equations 2
+    // and 5).
     weight: f32,
 }
 

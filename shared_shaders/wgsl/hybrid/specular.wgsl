@@ -1,7 +1,7 @@
 // variants: lights, further
-// What glossy surfaces show in their mirror direction (Lambru et al., section 3.2, Equation 4): light of the pixel that the
-// intersection map names; with `lights`, where it names none, of the surface that the ray meets in what one light sees.
-// With `further`, behind what the lights before it showed. Ks is left out; the lobe is as narrow as a mirror's.
+// What glossy surfaces show in their mirror direction (Lambru et al., section 3.2, Equation 4): light of the pixel that
+// the intersection map names; with `lights`, where it names none, of the surface that the ray meets in what one light
+// sees. With `further`, behind what the lights before it showed. Ks is left out; the lobe is as narrow as a mirror's.
 @if(lights) import package::common::form_factor::MIN_COS_BETA;
 import package::common::scene::Material;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
@@ -41,8 +41,8 @@ struct Params {
 /// Of two lights' surfaces at distances within this share of each other, both count: they are one.
 @if(lights) const SAME_DISTANCE: f32 = 0.02;
 
-/// What the light's view shows where a place is projected to, and how far behind it the place is, along the light's ray;
-/// negative before it.
+/// What the light's view shows where a place is projected to, and how far behind it the place is, along the light's
+/// ray; negative before it.
 @if(lights)
 struct Seen {
     surface: LightSurface,
@@ -155,7 +155,8 @@ fn show(@builtin(global_invocation_id) id: vec3u) {
         let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
         let mirror = reflect(normalize(position), n);
         let cosine = dot(mirror, n);
-        // The modified Phong lobe of hierarchical/lobe.wgsl, of which light in the mirror direction is all that arrives.
+        // The modified Phong lobe of hierarchical/lobe.wgsl, of which light in the mirror direction is all that
+        // arrives.
         let exponent = max(own.phong_exponent, 0.0);
         let lobe = max(cosine, 0.0) * (exponent + 2.0) / (exponent + 1.0);
         let word = textureLoad(mirror_map, id.xy, 0).x;

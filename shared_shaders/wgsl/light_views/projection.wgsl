@@ -30,12 +30,13 @@ fn light_ray(source: vec4f, position: vec3f) -> LightRay {
     return LightRay(select(source.xyz, way / distance, point), select(-1.0, distance, point));
 }
 
-/// Area across the view's rays that a texel covers at a place on `ray`, scene units squared. `size` is the width of the map
-/// in texels.
+/// Area across the view's rays that a texel covers at a place on `ray`, scene units squared. `size` is the width of the
+/// map in texels.
 fn area_across(world_to_clip: mat4x4f, ray: LightRay, size: f32) -> f32 {
     let rows = transpose(world_to_clip);
     // Scene units for parallel rays, otherwise for each unit of distance along the axis.
     let width = 2.0 / (length(rows[0].xyz) * size);
     let cosine = dot(rows[3].xyz, ray.direction);
-    return select(width * width, width * width * cosine * cosine * cosine * ray.distance * ray.distance, ray.distance > 0.0);
+    let at_distance = cosine * cosine * cosine * ray.distance * ray.distance;
+    return width * width * select(1.0, at_distance, ray.distance > 0.0);
 }

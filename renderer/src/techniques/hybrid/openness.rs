@@ -5,6 +5,7 @@ use wgpu::TextureFormat as Format;
 use super::{Hybrid, Views};
 use crate::{
     light_views::LightMaps,
+    parameters::SettingsError,
     plan::{FramePlan, Part, ResourceId},
     resolution::{Level, Storage, Upsampling, UpsamplingKernel, to_display},
     shadow::ShadowLayer,
@@ -25,18 +26,27 @@ pub(super) struct Openness<'a> {
 }
 
 impl<'a> Openness<'a> {
-    /// Plans the screen's part, once for all lights; nothing where the setting is off. `radius` in scene units.
-    pub(super) fn new(plan: &mut FramePlan, parameters: &'a Hybrid, level: &'a Level, radius: f32) -> Option<Self> {
+    /// Plans the screen's part, once for all lights; nothing where the setting is off.
+    ///
+    /// # Errors
+    /// Where the radius is left open and there is no scene to take it from.
+    pub(super) fn new(
+        plan: &mut FramePlan,
+        inputs: &Inputs,
+        parameters: &'a Hybrid,
+        level: &'a Level,
+    ) -> Result<Option<Self>, SettingsError> {
         if parameters.ambient_occlusion == Views::Off {
-            return None;
+            return Ok(None);
         }
+        let radius = inputs.nearby(parameters.occlusion_radius, Hybrid::TECHNIQUE)?;
         let lights = if parameters.ambient_occlusion == Views::Both { plan.light_views.len() } else { 0 };
         let views = (0..(1 + lights).min(2))
             .map(|i| plan.texture(format!("views_{i}"), level.size, Format::Rg32Float, "what views tell of openness"))
             .collect();
         let mut openness = Self { parameters, level, radius, views, passes: 0 };
         openness.look(plan, None);
-        Some(openness)
+        Ok(Some(openness))
     }
 
     /// Plans the part of one light's view.

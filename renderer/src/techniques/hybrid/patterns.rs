@@ -33,8 +33,7 @@ impl<'a> Patterns<'a> {
         let views = if far { plan.light_views.len() } else { 0 };
         // Equations 2 and 5: the mean over the samples of all patterns. All faces around a point light share one pattern.
         let lights = plan.light_views.last().map_or(0, |view| view.light + 1);
-        let samples = u32::from(near) * parameters.screen_samples
-            + u32::from(far) * lights * parameters.light_samples;
+        let samples = u32::from(near) * parameters.screen_samples + u32::from(far) * lights * parameters.light_samples;
         let weight = parameters.intensity / samples.max(1) as f32;
         let textures = (usize::from(near) + views).min(2);
         let sums = (0..textures)

@@ -74,7 +74,9 @@ impl<'a> Specular<'a> {
         let further = self.passes > 0;
         let shader = variant("hybrid/specular", &[("lights", light.is_some()), ("further", further)]);
         let (name, reason) = match light {
-            Some((_, index, _)) => (format!("specular_{index}"), "where the screen shows nothing, what a light sees there"),
+            Some((_, index, _)) => {
+                (format!("specular_{index}"), "where the screen shows nothing, what a light sees there")
+            }
             None => ("specular".into(), "light of the pixels that mirror directions meet"),
         };
         let size = plan.display_size;

@@ -20,6 +20,18 @@ pub(crate) struct VirtualLights {
     pub(crate) count: u32,
 }
 
+/// A pyramid over the views of all lights.
+pub(crate) struct LightPyramid {
+    /// Two `vec4u` a texel, as `light_views/light_pyramid.wgsl` lays them out.
+    pub(crate) texels: ResourceId,
+    /// World to clip space of each view, in the order of [`FramePlan::light_views`].
+    pub(crate) projections: ResourceId,
+    /// Texels along a side of a view at the finest level.
+    pub(crate) size: u32,
+    /// Number of views.
+    pub(crate) views: u32,
+}
+
 /// Textures that each view is drawn into, one after another, and what drawing them takes.
 pub(crate) struct LightMaps {
     /// World position of each texel's surface.
@@ -111,6 +123,72 @@ const LARGEST_BUFFER: u64 = 1 << 27;
 const ENTRY: u64 = 16;
 const VIRTUAL_LIGHT: u64 = 48;
 
+/// An error where `views` of `size` texels a side have more than `most` texels in all.
+fn refuse_too_large(technique: &str, size: u32, views: u64, most: u64) -> Result<(), SettingsError> {
+    if views * u64::from(size) * u64::from(size) <= most {
+        return Ok(());
+    }
+    Err(SettingsError(format!(
+        "{technique}.light_view_size = {size} is too much for the {views} views of this scene's lights (a point light has \
+         six): choose at most {}",
+        ((most / views) as f64).sqrt() as u32
+    )))
+}
+
+/// Bytes of a texel of the pyramid.
+const TEXEL: u64 = 32;
+
+/// Plans a pyramid of `levels` levels over maps of `size` texels a side, or of as many more as make the coarsest texel
+/// divide it; `None` in a scene without lights.
+///
+/// # Errors
+/// Where only textures were given, without a scene and its lights, or where all views do not fit a buffer.
+pub(crate) fn plan_light_pyramid(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    technique: &str,
+    size: u32,
+    levels: u32,
+) -> Result<Option<LightPyramid>, SettingsError> {
+    scene_of(inputs, technique)?;
+    if plan.light_views.is_empty() {
+        return Ok(None);
+    }
+    let size = size.next_multiple_of(1 << (levels - 1));
+    let views = plan.light_views.len() as u32;
+    // Coarser levels have a third as many texels as the finest one at most.
+    refuse_too_large(technique, size, u64::from(views), LARGEST_BUFFER / TEXEL * 3 / 4)?;
+    let count: u64 = (0..levels).map(|level| u64::from(views) * u64::from(size >> level).pow(2)).sum();
+    let texels = plan.buffer("light_pyramid", count * TEXEL, "surfaces that the lights light, at several scales");
+    let projections =
+        plan.data("light_projections", light_projections(&plan.light_views), "where a light sees a receiver");
+    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, _| {
+        plan.pass(Part::Technique, format!("keep_{index}"), "light_views/keep")
+            .param("first", index as u32 * size * size)
+            .bind("place", maps.place)
+            .bind("light", maps.light)
+            .bind("light_pyramid", texels)
+            .because("the next view is drawn into the same map")
+            .over([size; 2]);
+    })?;
+    for level in 1..levels {
+        plan.pass(Part::Technique, format!("light_pyramid_{level}"), "light_views/pyramid")
+            .param("size", size)
+            .param("views", views)
+            .param("level", level)
+            .bind("light_pyramid", texels)
+            .because("what is far away is gathered in coarser texels")
+            .over([size >> level, (size >> level) * views]);
+    }
+    Ok(Some(LightPyramid { texels, projections, size, views }))
+}
+
+/// World to clip space of these views, as `array<mat4x4f>`.
+pub(crate) fn light_projections(views: &[ShadowLayer]) -> Vec<u8> {
+    let words: Vec<f32> = views.iter().flat_map(|view| view.world_to_clip.to_cols_array()).collect();
+    bytemuck::cast_slice(&words).to_vec()
+}
+
 /// Plans maps of `size` texels a side for every light and chooses `count` of their surfaces by what they bring to
 /// `receivers`; `None` in a scene without lights.
 ///
@@ -130,13 +208,7 @@ pub(crate) fn plan_virtual_lights(
     }
     let texels = size * size;
     let views = plan.light_views.len() as u64;
-    if views * u64::from(texels) * ENTRY > LARGEST_BUFFER {
-        return Err(SettingsError(format!(
-            "{technique}.light_view_size = {size} is too much for the {views} views of this scene's lights (a point light \
-             has six): choose at most {}",
-            ((LARGEST_BUFFER / ENTRY / views) as f64).sqrt() as u32
-        )));
-    }
+    refuse_too_large(technique, size, views, LARGEST_BUFFER / ENTRY)?;
     let surfaces = texels * views as u32;
     let mut buffer =
         |name: &str, entries: u32, bytes: u64, reason: &str| plan.buffer(name, u64::from(entries) * bytes, reason);

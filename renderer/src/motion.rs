@@ -6,6 +6,7 @@ use halflight_scenes::Scene;
 use crate::{
     Continuity, Gpu, Recording, SceneBuffers, View,
     frame::shadow_entries,
+    light_views::light_projections,
     plan::ResourceKind,
     scene_buffers::{Object, lights},
     shadow::{shadow_bounds, shadow_layers},
@@ -76,6 +77,7 @@ impl<'a> SceneMotion<'a> {
                 recording.write_params(gpu, &format!("light_view_{index}"), &values);
             }
         }
+        recording.write_data(gpu, "light_projections", &light_projections(&layers));
         if let Some([map_size, _]) = size_of("shadow_maps") {
             recording.write_data(gpu, "shadow_layers", &shadow_entries(&layers, map_size));
         }

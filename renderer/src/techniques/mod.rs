@@ -50,11 +50,16 @@ impl Inputs {
     /// # Errors
     /// Where there is no scene to take it from.
     pub(crate) fn nearby(&self, radius: f32, technique: &str) -> Result<f32, SettingsError> {
+        self.length_or_share(radius, &format!("{technique}.radius"))
+    }
+
+    /// As [`Self::nearby`], for the parameter of this key.
+    pub(crate) fn length_or_share(&self, length: f32, key: &str) -> Result<f32, SettingsError> {
         match self.scene {
-            _ if radius > 0.0 => Ok(radius),
+            _ if length > 0.0 => Ok(length),
             Some(SceneInputs { bounds: [low, high], .. }) => Ok(NEARBY * Vec3::from(high).distance(low.into())),
             None => Err(SettingsError(format!(
-                "{technique}.radius = 0 takes its length from the scene and only textures were given: give a radius"
+                "{key} = 0 takes its length from the scene and only textures were given: give a length"
             ))),
         }
     }

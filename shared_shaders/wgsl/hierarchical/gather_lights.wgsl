@@ -7,7 +7,8 @@
 import package::common::math::{LARGEST_RADIANCE, PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
-import package::light_views::light_pyramid::{unpack_texel, largest};
+import package::light_views::light_pyramid::{level_start, unpack_texel};
+@if(visibility) import package::light_views::light_pyramid::largest;
 import package::light_views::transfer::transfer;
 @if(visibility) import package::scene_voxels::sees::{clear_of, sees};
 
@@ -43,7 +44,8 @@ override LIGHT_SAMPLES: u32 = 64u;
 // Whether a filter averages successive frames, which then share out the directions between them.
 override OVER_FRAMES: bool = false;
 
-// cos and sin of the golden angle (Vogel 1979).
+// The golden angle, its cosine and sine (Vogel 1979).
+const GOLDEN_ANGLE: f32 = 2.399963229728653;
 const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
 
 // Streams of random numbers: eight for each view.
@@ -76,69 +78,68 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     var sum = vec3f(0.0);
     @if(visibility) let here = clear_of(position, normal);
     @if(visibility) var choice = spread2(id.xy, view.frame, STREAM - 1u, view.seed, OVER_FRAMES).x;
-    @if(visibility) var strength_of_all = 0.0;
-    @if(visibility) var picked = 0u;
-    @if(visibility) var waiting = 0u;
-    var first = 0u;
-    for (var level = 0u; level < params.end_level; level++) {
+    // Samples of every view that share a ray.
+    @if(visibility) let share = (SAMPLES_PER_RAY + params.views - 1u) / params.views;
+    @if(!visibility) let share = LIGHT_SAMPLES;
+    for (var level = params.first_level; level < params.end_level; level++) {
         let width = params.size >> level;
-        let texels_of_view = width * width;
+        let start = level_start(level, params.size, params.views);
         let inner = select(params.inner_square, 0.0, level == 0u);
         let extent = params.outer_square - inner;
         // Texels that a sample stands for: its share of the ring.
         let texels = PI * extent * step;
-        for (var i = 0u; i < params.views && level >= params.first_level; i++) {
-            let centre = place_in(light_projections[i], position) * f32(width);
-            let random = spread2(id.xy, view.frame, STREAM + i * LEVELS + level, view.seed, OVER_FRAMES);
-            let angle = 2.0 * PI * random.y;
-            var direction = vec2f(cos(angle), sin(angle));
-            let texel_0 = first + i * texels_of_view;
-            for (var j = 0u; j < LIGHT_SAMPLES; j++) {
-                // Stratified over the ring's area.
-                let point = centre + sqrt(inner + extent * step * (f32(j) + random.x)) * direction;
-                direction = vec2f(
-                    direction.x * TURN.x - direction.y * TURN.y,
-                    direction.x * TURN.y + direction.y * TURN.x,
-                );
-                let inside = all(point >= vec2f(0.0)) && all(point < vec2f(f32(width)));
-                let at = vec2u(clamp(point, vec2f(0.0), vec2f(f32(width - 1u))));
-                let index = texel_0 + at.y * width + at.x;
-                let surface = unpack_texel(light_pyramid[2u * index], light_pyramid[2u * index + 1u]);
-                var factor = select(0.0, transfer(position, normal, surface), inside);
-                @if(near) {
-                    factor = select(factor, 0.0, distance(surface.position, position) < params.border);
-                }
-                @if(!visibility) { sum += surface.radiance * (factor * texels); }
-                @if(visibility) {
-                    // One sample of these few is picked, in proportion to what it would bring, and stands for them where it
-                    // is seen (resampled importance sampling, Talbot et al. 2005).
-                    let strength = largest(surface.radiance) * factor * texels;
-                    let before = strength_of_all;
-                    strength_of_all += strength;
-                    // One number serves all choices: what is left of it after each one is as random as before.
-                    let threshold = choice * strength_of_all;
-                    let pick = threshold < strength;
-                    let left = select(threshold - strength, threshold, pick) / max(select(before, strength, pick), 1e-36);
-                    choice = select(choice, min(left, 0.99999994), strength > 0.0);
-                    picked = select(picked, index, pick);
-                    waiting += 1u;
-                    let last = j + 1u == LIGHT_SAMPLES && i + 1u == params.views && level + 1u == params.end_level;
-                    if waiting == SAMPLES_PER_RAY || last {
-                        if strength_of_all > 0.0 {
-                            let source = unpack_texel(light_pyramid[2u * picked], light_pyramid[2u * picked + 1u]);
-                            if sees(here, clear_of(source.position, source.normal)) {
-                                sum += source.radiance * (strength_of_all / largest(source.radiance));
-                            }
-                        }
-                        waiting = 0u;
-                        strength_of_all = 0.0;
-                        // The golden ratio's steps fill the line evenly.
-                        choice = fract(choice + 0.6180339887498949);
+        for (var first = 0u; first < LIGHT_SAMPLES; first += share) {
+            @if(visibility) var strength_of_all = 0.0;
+            @if(visibility) var picked = start;
+            for (var i = 0u; i < params.views; i++) {
+                let centre = place_in(light_projections[i], position) * f32(width);
+                let random = spread2(id.xy, view.frame, STREAM + i * LEVELS + level, view.seed, OVER_FRAMES);
+                let angle = 2.0 * PI * random.y + GOLDEN_ANGLE * f32(first);
+                var direction = vec2f(cos(angle), sin(angle));
+                let end = min(first + share, LIGHT_SAMPLES);
+                for (var j = first; j < end; j++) {
+                    // Stratified over the ring's area.
+                    let point = centre + sqrt(inner + extent * step * (f32(j) + random.x)) * direction;
+                    direction = vec2f(
+                        direction.x * TURN.x - direction.y * TURN.y,
+                        direction.x * TURN.y + direction.y * TURN.x,
+                    );
+                    let inside = all(point >= vec2f(0.0)) && all(point < vec2f(f32(width)));
+                    let at = vec2u(clamp(point, vec2f(0.0), vec2f(f32(width - 1u))));
+                    let index = start + (i * width + at.y) * width + at.x;
+                    let surface = unpack_texel(light_pyramid[2u * index], light_pyramid[2u * index + 1u]);
+                    var factor = select(0.0, transfer(position, normal, surface), inside);
+                    @if(near) {
+                        factor = select(factor, 0.0, distance(surface.position, position) < params.border);
+                    }
+                    @if(!visibility) { sum += surface.radiance * (factor * texels); }
+                    @if(visibility) {
+                        // One sample of these few is picked, in proportion to what it would bring, and stands for them where
+                        // it is seen (resampled importance sampling, Talbot et al. 2005).
+                        let strength = largest(surface.radiance) * factor * texels;
+                        let before = strength_of_all;
+                        strength_of_all += strength;
+                        // One number serves all choices: what is left of it after each one is as random as before.
+                        let threshold = choice * strength_of_all;
+                        let pick = threshold < strength;
+                        let left = select(threshold - strength, threshold, pick)
+                            / max(select(before, strength, pick), 1e-36);
+                        choice = select(choice, min(left, 0.99999994), strength > 0.0);
+                        picked = select(picked, index, pick);
                     }
                 }
             }
+            @if(visibility) {
+                if strength_of_all > 0.0 {
+                    let source = unpack_texel(light_pyramid[2u * picked], light_pyramid[2u * picked + 1u]);
+                    if sees(here, clear_of(source.position, source.normal)) {
+                        sum += source.radiance * (strength_of_all / largest(source.radiance));
+                    }
+                }
+                // The golden ratio's steps fill the line evenly.
+                choice = fract(choice + 0.6180339887498949);
+            }
         }
-        first += params.views * texels_of_view;
     }
     @if(near) { sum += textureLoad(near_light, id.xy, 0).rgb; }
     // Light at the end of what radiance may be, from many samples that stand for many texels each, stays a number.

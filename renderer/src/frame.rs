@@ -4,6 +4,7 @@ use halflight_scenes::{Camera, Scene, SceneNeeds};
 use wgpu::TextureFormat as Format;
 
 use crate::{
+    emitters::{EmittingTriangle, emitting_triangles},
     parameters,
     parameters::{Settings, SettingsError},
     plan::{FramePlan, Part, ResourceId},
@@ -49,6 +50,8 @@ pub struct SceneFacts {
     pub bounds: [[f32; 3]; 2],
     /// Number of triangles.
     pub triangles: u32,
+    /// Triangles that emit light and send it on.
+    pub emitters: Vec<EmittingTriangle>,
 }
 
 impl SceneFacts {
@@ -66,7 +69,8 @@ impl SceneFacts {
         let shadow_layers = shadow_layers(&scene.pose(0).lights, shadow_bounds(scene));
         let extra_cameras = scene.extra_cameras.clone();
         let triangles = scene.triangle_count() as u32;
-        Self { needs, shadow_layers, receive_only, extra_cameras, near, bounds, triangles }
+        let emitters = emitting_triangles(scene);
+        Self { needs, shadow_layers, receive_only, extra_cameras, near, bounds, triangles, emitters }
     }
 }
 
@@ -208,6 +212,7 @@ fn plan_scene_for(
 ) -> Result<(FramePlan, ScenePart), SettingsError> {
     let mut plan = FramePlan::new(size);
     plan.light_views.clone_from(&facts.shadow_layers);
+    plan.emitters.clone_from(&facts.emitters);
     let scene = SceneResources {
         vertices: plan.external("scene.vertices", "the scene's geometry"),
         materials: plan.external("scene.materials", "the scene's materials"),
@@ -273,6 +278,7 @@ fn plan_on_textures(
 ) -> Result<FramePlan, SettingsError> {
     let mut plan = FramePlan::new(size);
     plan.light_views = facts.map_or(Vec::new(), |facts| facts.shadow_layers.clone());
+    plan.emitters = facts.map_or(Vec::new(), |facts| facts.emitters.clone());
     let scene = facts.map(SceneInputs::of);
     let mut given = |name| plan.external(name, "given by the caller");
     let inputs = Inputs {

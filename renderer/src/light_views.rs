@@ -5,6 +5,7 @@ use wgpu::TextureFormat as Format;
 
 use crate::{
     Gpu,
+    emitters::{EmitterPoints, plan_emitter_points},
     frame::variant,
     parameters::SettingsError,
     plan::{FramePlan, Part, ResourceId},
@@ -64,14 +65,26 @@ impl LightMaps {
     }
 
     /// Plans the drawing of one view.
-    fn draw(&self, plan: &mut FramePlan, scene: &SceneInputs, index: usize, view: &ShadowLayer) {
+    fn draw(
+        &self,
+        plan: &mut FramePlan,
+        scene: &SceneInputs,
+        receive_only: Option<ResourceId>,
+        index: usize,
+        view: &ShadowLayer,
+    ) {
         let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
         let lights = plan.scene_buffer("scene.lights", "the scene's lights");
         let texels = (scene.textured || scene.alpha_tested)
             .then(|| plan.scene_buffer("scene.texels", "materials with textures"));
         let objects = scene.moving.then(|| plan.scene_buffer("scene.objects", "objects move"));
-        let features = [("alpha_tested", scene.alpha_tested), ("textured", scene.textured), ("moving", scene.moving)];
+        let features = [
+            ("alpha_tested", scene.alpha_tested),
+            ("textured", scene.textured),
+            ("moving", scene.moving),
+            ("receive_only", receive_only.is_some()),
+        ];
         let mut pass = plan
             .pass(Part::Technique, format!("light_view_{index}"), variant("light_views/light_view", &features))
             .param("world_to_clip", view.world_to_clip)
@@ -86,6 +99,9 @@ impl LightMaps {
         }
         if let Some(objects) = objects {
             pass = pass.bind("objects", objects);
+        }
+        if let Some(flags) = receive_only {
+            pass = pass.bind("receive_only", flags);
         }
         pass.draw(vec![self.place, self.light], (self.depth, 0));
     }
@@ -110,7 +126,7 @@ pub(crate) fn plan_light_maps(
     }
     let maps = LightMaps::new(plan, size);
     for (index, view) in views.iter().enumerate() {
-        maps.draw(plan, &scene, index, view);
+        maps.draw(plan, &scene, inputs.receive_only.map(|surfaces| surfaces.flags), index, view);
         use_map(plan, &maps, index, view);
     }
     Ok(())
@@ -118,6 +134,9 @@ pub(crate) fn plan_light_maps(
 
 /// Bytes of a buffer that every device binds: WebGPU's default.
 const LARGEST_BUFFER: u64 = 1 << 27;
+
+/// Points on emitters, for all of them: as many as a light's view has texels that matter.
+const EMITTER_POINTS: u32 = 1024;
 
 /// Bytes of a surface in either buffer that holds all of them, and of a virtual light.
 const ENTRY: u64 = 16;
@@ -131,7 +150,7 @@ fn refuse_too_large(technique: &str, size: u32, views: u64, most: u64) -> Result
     Err(SettingsError(format!(
         "{technique}.light_view_size = {size} is too much for the {views} views of this scene's lights (a point light has \
          six): choose at most {}",
-        ((most / views) as f64).sqrt() as u32
+        ((most / views.max(1)) as f64).sqrt() as u32
     )))
 }
 
@@ -190,7 +209,7 @@ pub(crate) fn light_projections(views: &[ShadowLayer]) -> Vec<u8> {
 }
 
 /// Plans maps of `size` texels a side for every light and chooses `count` of their surfaces by what they bring to
-/// `receivers`; `None` in a scene without lights.
+/// `receivers`; `None` in a scene without lights and emitters.
 ///
 /// # Errors
 /// Where only textures were given, without a scene and its lights.
@@ -202,14 +221,16 @@ pub(crate) fn plan_virtual_lights(
     count: u32,
     receivers: &Level,
 ) -> Result<Option<VirtualLights>, SettingsError> {
-    scene_of(inputs, technique)?;
-    if plan.light_views.is_empty() {
+    let scene = scene_of(inputs, technique)?;
+    if plan.light_views.is_empty() && plan.emitters.is_empty() {
         return Ok(None);
     }
     let texels = size * size;
     let views = plan.light_views.len() as u64;
-    refuse_too_large(technique, size, views, LARGEST_BUFFER / ENTRY)?;
-    let surfaces = texels * views as u32;
+    let points = if plan.emitters.is_empty() { 0 } else { EMITTER_POINTS };
+    refuse_too_large(technique, size, views, LARGEST_BUFFER / ENTRY - 2 * u64::from(EMITTER_POINTS))?;
+    let of_views = texels * views as u32;
+    let surfaces = of_views + 2 * points;
     let mut buffer =
         |name: &str, entries: u32, bytes: u64, reason: &str| plan.buffer(name, u64::from(entries) * bytes, reason);
     let places = buffer("lit_places", surfaces, ENTRY, "where the lights' surfaces are");
@@ -232,6 +253,10 @@ pub(crate) fn plan_virtual_lights(
             .because("what each surface would bring to what the camera sees")
             .over([size; 2]);
     })?;
+    if points > 0 {
+        let to = EmitterPoints { places, lights, first: of_views, points };
+        plan_emitter_points(plan, &scene, &to, Some((importances, receivers)));
+    }
     plan.pass(Part::Technique, "choose", "light_views/choose")
         .param("surfaces", surfaces)
         .param("chosen", count)

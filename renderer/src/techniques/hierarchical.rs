@@ -305,12 +305,13 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         return Ok(None);
     }
     // Without a scene its lights are asked for all the same, to be told that they are missing.
-    let lit = inputs.scene.is_none() || !plan.light_views.is_empty();
+    let lit = inputs.scene.is_none() || !plan.light_views.is_empty() || !plan.emitters.is_empty();
     let sources = match parameters.sources {
         Sources::Lights if !lit => return Ok(None),
         sources => sources,
     };
-    let screen_gathers = sources != Sources::Lights || parameters.bounces > 1 || glossy_material(inputs, &parameters).is_some();
+    let screen_gathers =
+        sources != Sources::Lights || parameters.bounces > 1 || glossy_material(inputs, &parameters).is_some();
     // Levels coarser than the only one wanted have nothing to add.
     let last = if screen_gathers { only.unwrap_or(parameters.levels - 1) } else { 0 };
     let levels = pyramid(plan, inputs, &parameters.constants(), parameters.start_resolution.divisor(), last);

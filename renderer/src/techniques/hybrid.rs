@@ -77,7 +77,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let parameters = Hybrid::from_settings(settings)?;
     let near = parameters.sources != Sources::Lights;
     // Without a scene its lights are asked for all the same, to be told that they are missing.
-    let lit = inputs.scene.is_none() || !plan.light_views.is_empty();
+    let lit = inputs.scene.is_none() || !plan.light_views.is_empty() || !plan.emitters.is_empty();
     let wants_far = parameters.sources != Sources::Screen && lit;
     if !near && !wants_far {
         return Ok(None);

@@ -130,8 +130,7 @@ impl Gather<'_> {
         let material =
             self.material.map(|material| (material, plan.scene_buffer("scene.materials", "glossy materials")));
         let border = self.border.filter(|_| light == Light::Bounce(1));
-        let features =
-            [("visibility", voxels.is_some()), ("glossy", material.is_some()), ("near", border.is_some())];
+        let features = [("visibility", voxels.is_some()), ("glossy", material.is_some()), ("near", border.is_some())];
         let mut pass = plan
             .pass(Part::Technique, light.pass_name(&format!("gather_{k}")), variant("hierarchical/gather", &features))
             .constants(&parameters.constants())

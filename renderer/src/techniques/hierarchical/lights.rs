@@ -4,6 +4,7 @@ use wgpu::TextureFormat as Format;
 
 use super::{Hierarchical, LightVisibility, Ring, covering_radius, ring_radii};
 use crate::{
+    emitters::{EmitterPoints, plan_emitter_points},
     frame::variant,
     light_views::{LightPyramid, plan_light_pyramid},
     parameters::SettingsError,
@@ -26,9 +27,19 @@ pub(super) fn plan_light_from_lights(
 ) -> Result<Option<ResourceId>, SettingsError> {
     let technique = Hierarchical::TECHNIQUE;
     let pyramid = plan_light_pyramid(plan, inputs, technique, parameters.light_view_size, parameters.levels)?;
-    let Some(LightPyramid { texels, projections, size, views }) = pyramid else {
+    let emitters = inputs.scene.filter(|_| !plan.emitters.is_empty()).map(|scene| {
+        let points = parameters.samples;
+        let mut buffer = |name: &str, reason: &str| plan.buffer(name, 2 * u64::from(points) * 16, reason);
+        let places = buffer("emitter_places", "where points of emitters are");
+        let lights = buffer("emitter_lights", "what they send");
+        let to = EmitterPoints { places, lights, first: 0, points };
+        plan_emitter_points(plan, &scene, &to, None);
+        to
+    });
+    if pyramid.is_none() && emitters.is_none() {
         return Ok(near.map(|(light, _)| light));
-    };
+    }
+    let (size, views) = pyramid.as_ref().map_or((1, 1), |pyramid| (pyramid.size, pyramid.views));
     let voxels = inputs
         .scene
         .filter(|_| parameters.light_visibility == LightVisibility::Cubes)
@@ -40,7 +51,12 @@ pub(super) fn plan_light_from_lights(
     let [first, end] = only.map_or([0, parameters.levels], |only| [only, only + 1]);
     let gathered =
         plan.texture("gathered_from_lights", level.size, Format::Rgba32Float, "light of what the lights see");
-    let features = [("visibility", voxels.is_some()), ("near", near.is_some())];
+    let features = [
+        ("visibility", voxels.is_some()),
+        ("near", near.is_some()),
+        ("lit", pyramid.is_some()),
+        ("emitters", emitters.is_some()),
+    ];
     let mut pass = plan
         .pass(Part::Technique, "gather_lights", variant("hierarchical/gather_lights", &features))
         .constants(&parameters.constants())
@@ -58,9 +74,13 @@ pub(super) fn plan_light_from_lights(
         .param("outer_square", outer * outer)
         .param("border", near.map_or(0.0, |(_, border)| border))
         .bind("surfels", level.surfels)
-        .bind("gathered", gathered)
-        .bind("light_pyramid", texels)
-        .bind("light_projections", projections);
+        .bind("gathered", gathered);
+    if let Some(LightPyramid { texels, projections, .. }) = pyramid {
+        pass = pass.bind("light_pyramid", texels).bind("light_projections", projections);
+    }
+    if let Some(EmitterPoints { places, lights, .. }) = emitters {
+        pass = pass.bind("emitter_places", places).bind("emitter_lights", lights);
+    }
     if let Some(voxels) = voxels {
         pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
     }

@@ -25,6 +25,7 @@ pub mod techniques;
 pub mod temporal;
 pub mod texels;
 pub mod tone;
+mod translucency;
 pub mod truth;
 mod uniform;
 mod view;

@@ -209,7 +209,7 @@ pub(crate) fn light_projections(views: &[ShadowLayer]) -> Vec<u8> {
 }
 
 /// Plans maps of `size` texels a side for every light and chooses `count` of their surfaces by what they bring to
-/// `receivers`; `None` in a scene without lights and emitters.
+/// `receivers`; `None` in a scene without lights and emitters. `also` makes what else it likes of each map.
 ///
 /// # Errors
 /// Where only textures were given, without a scene and its lights.
@@ -220,6 +220,7 @@ pub(crate) fn plan_virtual_lights(
     size: u32,
     count: u32,
     receivers: &Level,
+    mut also: impl FnMut(&mut FramePlan, &LightMaps, usize, &ShadowLayer),
 ) -> Result<Option<VirtualLights>, SettingsError> {
     let scene = scene_of(inputs, technique)?;
     if plan.light_views.is_empty() && plan.emitters.is_empty() {
@@ -240,7 +241,8 @@ pub(crate) fn plan_virtual_lights(
         lights: buffer("virtual_lights", count, VIRTUAL_LIGHT, "surfaces that stand for all of them"),
         count,
     };
-    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, _| {
+    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, view| {
+        also(plan, maps, index, view);
         plan.pass(Part::Technique, format!("collect_{index}"), "light_views/collect")
             .param("first", texels * index as u32)
             .param("scale", receivers.scale as f32)

@@ -71,6 +71,7 @@ impl<'a> SceneMotion<'a> {
             let values = [("world_to_clip", layer.world_to_clip.into())];
             recording.write_params(gpu, &format!("shadow_{index}"), &values);
             recording.write_params(gpu, &format!("rsm_{index}"), &values);
+            recording.write_params(gpu, &format!("translucency_{index}"), &values);
             if let Some([size, _]) = size_of("light_view_place") {
                 let width = layer.width / size as f32;
                 let values = [values[0].clone(), ("texel_width", width.into())];

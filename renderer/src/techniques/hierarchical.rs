@@ -244,6 +244,7 @@ pub const TECHNIQUE: Technique = Technique {
         let parameters = Hierarchical::from_settings(settings)?;
         Ok(GBufferNeeds {
             glossy_material: parameters.glossy == Switch::On,
+            translucent_material: false,
             extra_cameras: parameters.extra_cameras == Switch::On
                 && parameters.bounces > 0
                 && parameters.sources == Sources::Screen,

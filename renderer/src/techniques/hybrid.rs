@@ -15,6 +15,7 @@ use crate::{
     scene_voxels::plan_scene_voxels,
     techniques::hierarchical::{StartResolution, Switch},
     temporal::temporal_filter,
+    translucency::Translucency,
 };
 
 choice! {
@@ -53,6 +54,8 @@ parameters! {
         voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
         /// Successive virtual lights that share one ray: the mean stays, the noise of visibility grows, its cost falls.
         samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
+        /// Whether light from behind passes translucent surfaces, along the lights' views; takes effect where sources has those.
+        translucency: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
         /// Storage of light at full resolution: float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
         /// Share a of the frames before in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.
@@ -66,7 +69,11 @@ pub const TECHNIQUE: Technique = Technique {
     summary: "screen space for nearby light, light space for the rest (Lambru et al.)",
     parameters: Hybrid::parameters,
     complete: |settings| Ok(Hybrid::from_settings(settings)?.to_settings()),
-    needs: |_| Ok(GBufferNeeds::NONE),
+    needs: |settings| {
+        let parameters = Hybrid::from_settings(settings)?;
+        let translucent_material = parameters.translucency == Switch::On && parameters.sources != Sources::Screen;
+        Ok(GBufferNeeds { translucent_material, ..GBufferNeeds::NONE })
+    },
     plan,
 };
 
@@ -85,6 +92,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let divisor = parameters.start_resolution.divisor();
     let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], divisor, if wants_far { IMPORTANCE_LEVELS } else { 0 });
     let (level, coarse) = (&levels[0], &levels[levels.len() - 1]);
+    let mut translucency = Translucency::new(inputs, parameters.translucency == Switch::On);
     let lights = match wants_far {
         true => plan_virtual_lights(
             plan,
@@ -93,9 +101,11 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
             parameters.light_view_size,
             parameters.virtual_lights,
             coarse,
+            |plan, maps, index, view| translucency.add(plan, maps, index, view),
         )?,
         false => None,
     };
+    translucency.finish(plan);
     let radius = inputs.nearby(parameters.radius, Hybrid::TECHNIQUE)?;
     let voxels = match (&lights, inputs.scene) {
         (Some(_), Some(scene)) if parameters.visibility == Switch::On => {

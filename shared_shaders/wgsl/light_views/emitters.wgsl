@@ -82,8 +82,8 @@ fn scatter(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= params.points {
         return;
     }
-    let random = random3(vec2u(id.x, 0u), view.frame, STREAM, view.seed);
-    let share = (f32(id.x) + random.x) / f32(params.points);
+    let start = random3(vec2u(0u), view.frame, STREAM, view.seed).xy;
+    let share = (f32(id.x) + random3(vec2u(id.x, 0u), view.frame, STREAM, view.seed).z) / f32(params.points);
     // The first triangle with more power up to it.
     var low = 0u;
     var high = params.triangles - 1u;
@@ -103,9 +103,10 @@ fn scatter(@builtin(global_invocation_id) id: vec3u) {
     let a = corner(first);
     let ab = corner(first + 1u) - a;
     let ac = corner(first + 2u) - a;
-    // Evenly over the triangle: the square's other half is folded back.
-    let folded = random.y + random.z > 1.0;
-    let at = select(random.yz, 1.0 - random.yz, folded);
+    // Successive points lie in successive parts of the emitters: the R2 lattice (Roberts 2018) spreads those of a triangle evenly
+    // over a square, whose other half is folded back.
+    let spread = fract(start + f32(id.x) * vec2f(0.7548776662466927, 0.5698402909980532));
+    let at = select(spread, 1.0 - spread, spread.x + spread.y > 1.0);
     let longest = max(max(length(ab), length(ac)), 1e-30);
     let across = cross(ab / longest, ac / longest);
     let twice = length(across);

@@ -27,8 +27,6 @@ pub(crate) struct LightPyramid {
     pub(crate) texels: ResourceId,
     /// World to clip space of each view, in the order of [`FramePlan::light_views`].
     pub(crate) projections: ResourceId,
-    /// Texels along a side of a view at the finest level.
-    pub(crate) size: u32,
     /// Number of views.
     pub(crate) views: u32,
 }
@@ -157,8 +155,8 @@ fn refuse_too_large(technique: &str, size: u32, views: u64, most: u64) -> Result
 /// Bytes of a texel of the pyramid.
 const TEXEL: u64 = 32;
 
-/// Plans a pyramid of `levels` levels over maps of `size` texels a side, or of as many more as make the coarsest texel
-/// divide it; `None` in a scene without lights.
+/// Plans a pyramid of `levels` levels over maps of `size` texels a side, a multiple of the coarsest texel; `None` in a
+/// scene without lights.
 ///
 /// # Errors
 /// Where only textures were given, without a scene and its lights, or where all views do not fit a buffer.
@@ -173,7 +171,6 @@ pub(crate) fn plan_light_pyramid(
     if plan.light_views.is_empty() {
         return Ok(None);
     }
-    let size = size.next_multiple_of(1 << (levels - 1));
     let views = plan.light_views.len() as u32;
     // Coarser levels have a third as many texels as the finest one at most.
     refuse_too_large(technique, size, u64::from(views), LARGEST_BUFFER / TEXEL * 3 / 4)?;
@@ -199,7 +196,7 @@ pub(crate) fn plan_light_pyramid(
             .because("what is far away is gathered in coarser texels")
             .over([size >> level, (size >> level) * views]);
     }
-    Ok(Some(LightPyramid { texels, projections, size, views }))
+    Ok(Some(LightPyramid { texels, projections, views }))
 }
 
 /// World to clip space of these views, as `array<mat4x4f>`.

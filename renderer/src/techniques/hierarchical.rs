@@ -316,7 +316,10 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     // Levels coarser than the only one wanted have nothing to add.
     let last = if screen_gathers { only.unwrap_or(parameters.levels - 1) } else { 0 };
     let levels = pyramid(plan, inputs, &parameters.constants(), parameters.start_resolution.divisor(), last);
-    let voxels = visibility::plan_voxels(plan, inputs, &parameters, &levels)?;
+    let tested = sources != Sources::Lights
+        || parameters.bounces > 1 && parameters.visibility_bounces == VisibilityBounces::All
+        || glossy_material(inputs, &parameters).is_some();
+    let voxels = if tested { visibility::plan_voxels(plan, inputs, &parameters, &levels)? } else { None };
     let border = match sources {
         Sources::Both => Some(inputs.length_or_share(parameters.border, "hierarchical.border")?),
         Sources::Screen | Sources::Lights => None,

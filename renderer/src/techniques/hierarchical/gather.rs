@@ -141,10 +141,12 @@ impl Gather<'_> {
             .param("disc_area", disc_area)
             .param("discs", discs)
             .param("level", light.stream(k))
-            .param("border", border.unwrap_or_default())
             .bind("surfels", surfels)
             .bind("gathered", gathered)
             .because(format!("ring of {inner:.1} to {outer:.1} texels of {0}x{0} pixels", level.scale));
+        if let Some(border) = border {
+            pass = pass.param("border", border);
+        }
         if let Some(LevelVoxels { voxels, depth_range }) = voxels {
             pass = pass.bind("voxels", voxels).bind("depth_range", depth_range);
         }

@@ -2,7 +2,7 @@
 
 use wgpu::TextureFormat as Format;
 
-use super::{Hierarchical, LightVisibility, Ring, covering_radius, ring_radii};
+use super::{Hierarchical, LightVisibility, covering_radius, ring_radii};
 use crate::{
     emitters::{EmitterPoints, plan_emitter_points},
     frame::variant,
@@ -26,8 +26,11 @@ pub(super) fn plan_light_from_lights(
     near: Option<(ResourceId, f32)>,
 ) -> Result<Option<ResourceId>, SettingsError> {
     let technique = Hierarchical::TECHNIQUE;
-    let pyramid = plan_light_pyramid(plan, inputs, technique, parameters.light_view_size, parameters.levels)?;
-    let emitters = inputs.scene.filter(|_| !plan.emitters.is_empty()).map(|scene| {
+    let size = parameters.light_view_size.next_multiple_of(1 << (parameters.levels - 1));
+    let [first, end] = only.map_or([0, parameters.levels], |only| [only, only + 1]);
+    let pyramid = plan_light_pyramid(plan, inputs, technique, size, end)?;
+    // Emitters have no levels: the finest one brings them.
+    let emitters = inputs.scene.filter(|_| !plan.emitters.is_empty() && first == 0).map(|scene| {
         let points = parameters.samples;
         let mut buffer = |name: &str, reason: &str| plan.buffer(name, 2 * u64::from(points) * 16, reason);
         let places = buffer("emitter_places", "where points of emitters are");
@@ -39,16 +42,13 @@ pub(super) fn plan_light_from_lights(
     if pyramid.is_none() && emitters.is_none() {
         return Ok(near.map(|(light, _)| light));
     }
-    let (size, views) = pyramid.as_ref().map_or((1, 1), |pyramid| (pyramid.size, pyramid.views));
+    let views = pyramid.as_ref().map_or(1, |pyramid| pyramid.views);
     let voxels = inputs
         .scene
         .filter(|_| parameters.light_visibility == LightVisibility::Cubes)
         .map(|scene| plan_scene_voxels(plan, &scene, parameters.voxel_resolution));
     let radius = covering_radius(parameters.ring, parameters.levels, [size; 2]);
     let [inner, outer] = ring_radii(parameters.ring, radius, 1);
-    // Level 0 is a disc up to where level 1 begins.
-    debug_assert!(parameters.ring == Ring::Outer || outer == radius);
-    let [first, end] = only.map_or([0, parameters.levels], |only| [only, only + 1]);
     let gathered =
         plan.texture("gathered_from_lights", level.size, Format::Rgba32Float, "light of what the lights see");
     let features = [

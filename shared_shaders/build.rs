@@ -161,6 +161,8 @@ fn write_shader(list: &mut String, name: &str, path: &Path, source: &str) -> Res
                 }
                 _ => return Err(format!("{name}: bind a struct as uniform, a buffer, a texture or a sampler").into()),
             };
+            // Names of an imported module carry its path; such variables are named by one word.
+            let name = if name.starts_with("package_") { name.rsplit('_').next().unwrap_or(name) } else { name };
             writeln!(
                 list,
                 "Binding {{ name: {name:?}, group: {}, index: {}, kind: {kind} }},",

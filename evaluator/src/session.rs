@@ -287,7 +287,8 @@ impl Frames<'_> {
     }
 
     /// All outputs as one image with the channels of the interchange format: final radiance, depth,
-    /// world normal and position, albedo, direct and indirect light, and openness where the plan has it.
+    /// world normal and position, albedo, direct and indirect light, and transmitted light and openness where the plan has
+    /// them.
     ///
     /// # Errors
     /// Where the device was lost.
@@ -298,6 +299,9 @@ impl Frames<'_> {
             if let Some(pixels) = self.read_rgb(output)? {
                 image.set_rgb(layer, &pixels);
             }
+        }
+        if let Some(passed) = self.read_rgb("transmitted")? {
+            image.set_rgb("transmitted", &passed);
         }
         if let Some(open) = self.read("ambient_occlusion")? {
             image.set_channel("ambient_occlusion.Y", open.iter().map(|texel| texel[0]).collect());

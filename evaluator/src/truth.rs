@@ -42,14 +42,15 @@ pub fn trace(native: &NativeGpu, scene: &Scene, request: &Request, stop: Stop) -
     Ok(traced)
 }
 
-/// `direct + albedo * indirect + glossy` of the truth, for its bounces.
+/// `direct + transmitted + albedo * indirect + glossy` of the truth, for its bounces.
 pub fn final_radiance(truth: &Truth) -> Vec<Rgb> {
     let zero = vec![[0.0; 3]; truth.direct.len()];
     let indirect = truth.indirect.as_ref().map_or(&zero, |estimate| &estimate.mean);
     let glossy = truth.glossy.as_ref().map_or(&zero, |estimate| &estimate.mean);
-    let lit = truth.direct.iter().zip(&truth.albedo).zip(indirect.iter().zip(glossy));
-    lit.map(|((direct, albedo), (indirect, glossy))| {
-        std::array::from_fn(|c| direct[c] + albedo[c] * indirect[c] + glossy[c])
+    let passed = truth.direct.iter().zip(&truth.transmitted);
+    let lit = passed.zip(&truth.albedo).zip(indirect.iter().zip(glossy));
+    lit.map(|(((direct, transmitted), albedo), (indirect, glossy))| {
+        std::array::from_fn(|c| direct[c] + transmitted[c] + albedo[c] * indirect[c] + glossy[c])
     })
     .collect()
 }
@@ -64,6 +65,9 @@ pub fn image(truth: &Truth) -> Image {
     image.set_vector("P", &truth.position);
     image.set_rgb("albedo", &truth.albedo);
     image.set_rgb("direct", &truth.direct);
+    if truth.transmitted.iter().flatten().any(|&light| light > 0.0) {
+        image.set_rgb("transmitted", &truth.transmitted);
+    }
     for (layer, estimate) in [
         ("bounce1", &truth.bounce1),
         ("indirect", &truth.indirect),

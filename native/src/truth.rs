@@ -166,11 +166,13 @@ fn scene_inputs(scene: &Scene) -> Inputs {
             emission,
             specular,
             phong_exponent,
+            translucency,
+            absorption,
             receive_only,
         } = material;
         let textures = [albedo_texture, alpha_texture].map(|t| t.map_or(u64::MAX, |index| index as u64));
         inputs
-            .add(&[*albedo, *emission, *specular])
+            .add(&[*albedo, *emission, *specular, *translucency, *absorption])
             .add(&[*phong_exponent])
             .add(&[u32::from(*receive_only)])
             .add(&textures);

@@ -4,6 +4,7 @@ use halflight_scenes::{Camera, Scene, SceneNeeds};
 use wgpu::TextureFormat as Format;
 
 use crate::{
+    emitters::{EmittingTriangle, emitting_triangles},
     parameters,
     parameters::{Settings, SettingsError},
     plan::{FramePlan, Part, ResourceId},
@@ -49,6 +50,8 @@ pub struct SceneFacts {
     pub bounds: [[f32; 3]; 2],
     /// Number of triangles.
     pub triangles: u32,
+    /// Triangles that emit light and send it on.
+    pub emitters: Vec<EmittingTriangle>,
 }
 
 impl SceneFacts {
@@ -66,7 +69,8 @@ impl SceneFacts {
         let shadow_layers = shadow_layers(&scene.pose(0).lights, shadow_bounds(scene));
         let extra_cameras = scene.extra_cameras.clone();
         let triangles = scene.triangle_count() as u32;
-        Self { needs, shadow_layers, receive_only, extra_cameras, near, bounds, triangles }
+        let emitters = emitting_triangles(scene);
+        Self { needs, shadow_layers, receive_only, extra_cameras, near, bounds, triangles, emitters }
     }
 }
 
@@ -178,7 +182,7 @@ fn plan_extra_views(plan: &mut FramePlan, facts: &SceneFacts, scene: &SceneResou
     for (index, &camera) in facts.extra_cameras.iter().enumerate() {
         let view = plan.add_view(format!("camera_{}", index + 1), camera);
         let inputs = plan.from_view(view, |plan| {
-            let gbuffer = plan_gbuffer(plan, &facts.needs, scene, DirectSource::Rendered, false, false);
+            let gbuffer = plan_gbuffer(plan, &facts.needs, scene, DirectSource::Rendered, false, LookedUp::default());
             let direct = plan_direct(plan, facts, scene, &gbuffer, shadow);
             let inputs = Inputs {
                 depth: gbuffer.depth,
@@ -208,6 +212,7 @@ fn plan_scene_for(
 ) -> Result<(FramePlan, ScenePart), SettingsError> {
     let mut plan = FramePlan::new(size);
     plan.light_views.clone_from(&facts.shadow_layers);
+    plan.emitters.clone_from(&facts.emitters);
     let scene = SceneResources {
         vertices: plan.external("scene.vertices", "the scene's geometry"),
         materials: plan.external("scene.materials", "the scene's materials"),
@@ -215,8 +220,11 @@ fn plan_scene_for(
             .then(|| plan.external("scene.texels", "materials with textures")),
         objects: (facts.needs.moving_objects > 0).then(|| plan.external("scene.objects", "objects move")),
     };
-    let glossy = facts.needs.glossy && needs.glossy_material;
-    let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct, follows, glossy);
+    let looked_up = LookedUp {
+        glossy: facts.needs.glossy && needs.glossy_material,
+        translucent: facts.needs.translucent && needs.translucent_material,
+    };
+    let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct, follows, looked_up);
     let (direct, shadow) = match direct {
         DirectSource::Given => (plan.external("direct", "direct light given by the caller"), None),
         DirectSource::Rendered => {
@@ -237,7 +245,7 @@ fn plan_scene_for(
     let outputs =
         [("depth", gbuffer.depth), ("normal", gbuffer.normal), ("albedo", gbuffer.albedo), ("direct", direct)];
     plan.outputs.extend(outputs);
-    plan.outputs.extend(gbuffer.material.filter(|_| glossy).map(|material| ("material", material)));
+    plan.outputs.extend(gbuffer.material.filter(|_| looked_up.any()).map(|material| ("material", material)));
     Ok((plan, ScenePart { gbuffer, scene, shadow }))
 }
 
@@ -273,6 +281,7 @@ fn plan_on_textures(
 ) -> Result<FramePlan, SettingsError> {
     let mut plan = FramePlan::new(size);
     plan.light_views = facts.map_or(Vec::new(), |facts| facts.shadow_layers.clone());
+    plan.emitters = facts.map_or(Vec::new(), |facts| facts.emitters.clone());
     let scene = facts.map(SceneInputs::of);
     let mut given = |name| plan.external(name, "given by the caller");
     let inputs = Inputs {
@@ -285,8 +294,13 @@ fn plan_on_textures(
         receive_only: None,
         scene,
     };
-    let glossy = (technique.needs)(settings)?.glossy_material && scene.is_some_and(|scene| scene.glossy);
-    let inputs = Inputs { material: glossy.then(|| plan.external("material", "given by the caller")), ..inputs };
+    let needs = (technique.needs)(settings)?;
+    let looked_up = LookedUp {
+        glossy: needs.glossy_material && scene.is_some_and(|scene| scene.glossy),
+        translucent: needs.translucent_material && scene.is_some_and(|scene| scene.translucent),
+    };
+    let inputs =
+        Inputs { material: looked_up.any().then(|| plan.external("material", "given by the caller")), ..inputs };
     plan.outputs.extend([
         ("depth", inputs.depth),
         ("normal", inputs.normal),
@@ -329,12 +343,16 @@ fn plan_indirect_from(
     let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
     let image = plan.texture("final", size, format, "the image to show");
     let glossy = plan.outputs.get("glossy").copied().zip(inputs.material);
+    let transmitted = plan.outputs.get("transmitted").copied();
     let materials = glossy.map(|_| plan.scene_buffer("scene.materials", "glossy materials"));
     let mut pass = plan
         .pass(
             Part::Technique,
             "composite",
-            variant("composite/composite", &[("float16", half), ("glossy", glossy.is_some())]),
+            variant(
+                "composite/composite",
+                &[("float16", half), ("glossy", glossy.is_some()), ("transmitted", transmitted.is_some())],
+            ),
         )
         .bind("direct", shown)
         .bind("albedo", inputs.albedo)
@@ -343,6 +361,9 @@ fn plan_indirect_from(
         .because("final = direct + albedo * indirect");
     if let (Some((glossy, material)), Some(materials)) = (glossy, materials) {
         pass = pass.bind("glossy", glossy).bind("material", material).bind("materials", materials);
+    }
+    if let Some(transmitted) = transmitted {
+        pass = pass.bind("transmitted", transmitted);
     }
     pass.over([size[0].div_ceil(COMPOSITE_PIXELS), size[1]]);
     plan.outputs.extend([("indirect", indirect), ("final", image)]);
@@ -373,24 +394,38 @@ pub(crate) fn variant(shader: &str, features: &[(&str, bool)]) -> String {
     features.iter().filter(|(_, on)| *on).fold(shader.to_owned(), |name, (feature, _)| format!("{name}+{feature}"))
 }
 
+/// What a technique looks up by a pixel's material.
+#[derive(Clone, Copy, Default)]
+struct LookedUp {
+    glossy: bool,
+    translucent: bool,
+}
+
+impl LookedUp {
+    fn any(self) -> bool {
+        self.glossy || self.translucent
+    }
+}
+
 fn plan_gbuffer(
     plan: &mut FramePlan,
     needs: &SceneNeeds,
     scene: &SceneResources,
     direct: DirectSource,
     follows: bool,
-    glossy: bool,
+    looked_up: LookedUp,
 ) -> GBuffer {
     let size = plan.display_size;
     let depth = plan.texture("depth", size, Format::R32Float, "every technique reads it");
     let normal = plan.texture("normal", size, Format::Rgba16Float, "every technique reads it");
     let albedo = plan.texture("albedo", size, Format::Rgba8UnormSrgb, "reflects direct and indirect light");
     let emitters = needs.emitters && direct == DirectSource::Rendered;
-    let material = (emitters || needs.receive_only || glossy).then(|| {
+    let material = (emitters || needs.receive_only || looked_up.any()).then(|| {
         let reasons = [
             (emitters, "the scene has emitters, direct light looks them up"),
             (needs.receive_only, "some materials only receive light"),
-            (glossy, "glossy light looks it up"),
+            (looked_up.glossy, "glossy light looks it up"),
+            (looked_up.translucent, "light that passes translucent surfaces looks it up"),
         ];
         let reasons: Vec<_> = reasons.into_iter().filter(|(holds, _)| *holds).map(|(_, reason)| reason).collect();
         plan.texture("material", size, Format::R32Uint, reasons.join("; "))

@@ -4,6 +4,7 @@
 //! The crate knows wgpu and nothing of files, windows or reports; it compiles for
 //! `wasm32-unknown-unknown`.
 
+mod emitters;
 pub mod error;
 mod feedback;
 mod frame;
@@ -24,10 +25,12 @@ pub mod techniques;
 pub mod temporal;
 pub mod texels;
 pub mod tone;
+mod translucency;
 pub mod truth;
 mod uniform;
 mod view;
 
+pub use emitters::EmittingTriangle;
 pub use frame::{
     DirectLight, DirectSource, SceneFacts, extra_views, plan_frame, plan_indirect, plan_scene, plan_technique,
     plan_technique_of_scene,

@@ -5,6 +5,7 @@ use wgpu::TextureFormat as Format;
 
 use crate::{
     Gpu,
+    emitters::{EmitterPoints, plan_emitter_points},
     frame::variant,
     parameters::SettingsError,
     plan::{FramePlan, Part, ResourceId},
@@ -18,6 +19,16 @@ pub(crate) struct VirtualLights {
     /// `array<LightSurface>` of `light_views/light_surface.wgsl`, view space.
     pub(crate) lights: ResourceId,
     pub(crate) count: u32,
+}
+
+/// A pyramid over the views of all lights.
+pub(crate) struct LightPyramid {
+    /// Two `vec4u` a texel, as `light_views/light_pyramid.wgsl` lays them out.
+    pub(crate) texels: ResourceId,
+    /// World to clip space of each view, in the order of [`FramePlan::light_views`].
+    pub(crate) projections: ResourceId,
+    /// Number of views.
+    pub(crate) views: u32,
 }
 
 /// Textures that each view is drawn into, one after another, and what drawing them takes.
@@ -52,14 +63,26 @@ impl LightMaps {
     }
 
     /// Plans the drawing of one view.
-    fn draw(&self, plan: &mut FramePlan, scene: &SceneInputs, index: usize, view: &ShadowLayer) {
+    fn draw(
+        &self,
+        plan: &mut FramePlan,
+        scene: &SceneInputs,
+        receive_only: Option<ResourceId>,
+        index: usize,
+        view: &ShadowLayer,
+    ) {
         let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
         let lights = plan.scene_buffer("scene.lights", "the scene's lights");
         let texels = (scene.textured || scene.alpha_tested)
             .then(|| plan.scene_buffer("scene.texels", "materials with textures"));
         let objects = scene.moving.then(|| plan.scene_buffer("scene.objects", "objects move"));
-        let features = [("alpha_tested", scene.alpha_tested), ("textured", scene.textured), ("moving", scene.moving)];
+        let features = [
+            ("alpha_tested", scene.alpha_tested),
+            ("textured", scene.textured),
+            ("moving", scene.moving),
+            ("receive_only", receive_only.is_some()),
+        ];
         let mut pass = plan
             .pass(Part::Technique, format!("light_view_{index}"), variant("light_views/light_view", &features))
             .param("world_to_clip", view.world_to_clip)
@@ -74,6 +97,9 @@ impl LightMaps {
         }
         if let Some(objects) = objects {
             pass = pass.bind("objects", objects);
+        }
+        if let Some(flags) = receive_only {
+            pass = pass.bind("receive_only", flags);
         }
         pass.draw(vec![self.place, self.light], (self.depth, 0));
     }
@@ -98,7 +124,7 @@ pub(crate) fn plan_light_maps(
     }
     let maps = LightMaps::new(plan, size);
     for (index, view) in views.iter().enumerate() {
-        maps.draw(plan, &scene, index, view);
+        maps.draw(plan, &scene, inputs.receive_only.map(|surfaces| surfaces.flags), index, view);
         use_map(plan, &maps, index, view);
     }
     Ok(())
@@ -107,12 +133,80 @@ pub(crate) fn plan_light_maps(
 /// Bytes of a buffer that every device binds: WebGPU's default.
 const LARGEST_BUFFER: u64 = 1 << 27;
 
+/// Points on emitters, for all of them: as many as a light's view has texels that matter.
+const EMITTER_POINTS: u32 = 1024;
+
 /// Bytes of a surface in either buffer that holds all of them, and of a virtual light.
 const ENTRY: u64 = 16;
 const VIRTUAL_LIGHT: u64 = 48;
 
+/// An error where `views` of `size` texels a side have more than `most` texels in all.
+fn refuse_too_large(technique: &str, size: u32, views: u64, most: u64) -> Result<(), SettingsError> {
+    if views * u64::from(size) * u64::from(size) <= most {
+        return Ok(());
+    }
+    Err(SettingsError(format!(
+        "{technique}.light_view_size = {size} is too much for the {views} views of this scene's lights (a point light has \
+         six): choose at most {}",
+        ((most / views.max(1)) as f64).sqrt() as u32
+    )))
+}
+
+/// Bytes of a texel of the pyramid.
+const TEXEL: u64 = 32;
+
+/// Plans a pyramid of `levels` levels over maps of `size` texels a side, a multiple of the coarsest texel; `None` in a
+/// scene without lights.
+///
+/// # Errors
+/// Where only textures were given, without a scene and its lights, or where all views do not fit a buffer.
+pub(crate) fn plan_light_pyramid(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    technique: &str,
+    size: u32,
+    levels: u32,
+) -> Result<Option<LightPyramid>, SettingsError> {
+    scene_of(inputs, technique)?;
+    if plan.light_views.is_empty() {
+        return Ok(None);
+    }
+    let views = plan.light_views.len() as u32;
+    // Coarser levels have a third as many texels as the finest one at most.
+    refuse_too_large(technique, size, u64::from(views), LARGEST_BUFFER / TEXEL * 3 / 4)?;
+    let count: u64 = (0..levels).map(|level| u64::from(views) * u64::from(size >> level).pow(2)).sum();
+    let texels = plan.buffer("light_pyramid", count * TEXEL, "surfaces that the lights light, at several scales");
+    let projections =
+        plan.data("light_projections", light_projections(&plan.light_views), "where a light sees a receiver");
+    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, _| {
+        plan.pass(Part::Technique, format!("keep_{index}"), "light_views/keep")
+            .param("first", index as u32 * size * size)
+            .bind("place", maps.place)
+            .bind("light", maps.light)
+            .bind("light_pyramid", texels)
+            .because("the next view is drawn into the same map")
+            .over([size; 2]);
+    })?;
+    for level in 1..levels {
+        plan.pass(Part::Technique, format!("light_pyramid_{level}"), "light_views/pyramid")
+            .param("size", size)
+            .param("views", views)
+            .param("level", level)
+            .bind("light_pyramid", texels)
+            .because("what is far away is gathered in coarser texels")
+            .over([size >> level, (size >> level) * views]);
+    }
+    Ok(Some(LightPyramid { texels, projections, views }))
+}
+
+/// World to clip space of these views, as `array<mat4x4f>`.
+pub(crate) fn light_projections(views: &[ShadowLayer]) -> Vec<u8> {
+    let words: Vec<f32> = views.iter().flat_map(|view| view.world_to_clip.to_cols_array()).collect();
+    bytemuck::cast_slice(&words).to_vec()
+}
+
 /// Plans maps of `size` texels a side for every light and chooses `count` of their surfaces by what they bring to
-/// `receivers`; `None` in a scene without lights. `use_map` plans what else each map is read for.
+/// `receivers`; `None` in a scene without lights and emitters. `use_map` plans what else each map is read for.
 ///
 /// # Errors
 /// Where only textures were given, without a scene and its lights.
@@ -125,20 +219,16 @@ pub(crate) fn plan_virtual_lights(
     receivers: &Level,
     mut use_map: impl FnMut(&mut FramePlan, &LightMaps, usize, &ShadowLayer),
 ) -> Result<Option<VirtualLights>, SettingsError> {
-    scene_of(inputs, technique)?;
-    if plan.light_views.is_empty() {
+    let scene = scene_of(inputs, technique)?;
+    if plan.light_views.is_empty() && plan.emitters.is_empty() {
         return Ok(None);
     }
     let texels = size * size;
     let views = plan.light_views.len() as u64;
-    if views * u64::from(texels) * ENTRY > LARGEST_BUFFER {
-        return Err(SettingsError(format!(
-            "{technique}.light_view_size = {size} is too much for the {views} views of this scene's lights (a point light \
-             has six): choose at most {}",
-            ((LARGEST_BUFFER / ENTRY / views) as f64).sqrt() as u32
-        )));
-    }
-    let surfaces = texels * views as u32;
+    let points = if plan.emitters.is_empty() { 0 } else { EMITTER_POINTS };
+    refuse_too_large(technique, size, views, LARGEST_BUFFER / ENTRY - 2 * u64::from(EMITTER_POINTS))?;
+    let of_views = texels * views as u32;
+    let surfaces = of_views + 2 * points;
     let mut buffer =
         |name: &str, entries: u32, bytes: u64, reason: &str| plan.buffer(name, u64::from(entries) * bytes, reason);
     let places = buffer("lit_places", surfaces, ENTRY, "where the lights' surfaces are");
@@ -162,6 +252,10 @@ pub(crate) fn plan_virtual_lights(
             .over([size; 2]);
         use_map(plan, maps, index, view);
     })?;
+    if points > 0 {
+        let to = EmitterPoints { places, lights, first: of_views, points };
+        plan_emitter_points(plan, &scene, &to, Some((importances, receivers)));
+    }
     plan.pass(Part::Technique, "choose", "light_views/choose")
         .param("surfaces", surfaces)
         .param("chosen", count)

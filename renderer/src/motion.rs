@@ -6,6 +6,7 @@ use halflight_scenes::Scene;
 use crate::{
     Continuity, Gpu, Recording, SceneBuffers, View,
     frame::shadow_entries,
+    light_views::light_projections,
     plan::ResourceKind,
     scene_buffers::{Object, lights},
     shadow::{shadow_bounds, shadow_layers},
@@ -68,7 +69,7 @@ impl<'a> SceneMotion<'a> {
         };
         for (index, layer) in layers.iter().enumerate() {
             let values = [("world_to_clip", layer.world_to_clip.into())];
-            for pass in ["shadow", "rsm", "specular", "occlusion"] {
+            for pass in ["shadow", "rsm", "specular", "occlusion", "translucency"] {
                 recording.write_params(gpu, &format!("{pass}_{index}"), &values);
             }
             if let Some([size, _]) = size_of("light_view_place") {
@@ -77,6 +78,7 @@ impl<'a> SceneMotion<'a> {
                 recording.write_params(gpu, &format!("light_view_{index}"), &values);
             }
         }
+        recording.write_data(gpu, "light_projections", &light_projections(&layers));
         if let Some([map_size, _]) = size_of("shadow_maps") {
             recording.write_data(gpu, "shadow_layers", &shadow_entries(&layers, map_size));
         }

@@ -6,7 +6,9 @@ use halflight_scenes::Camera;
 use halflight_shared_shaders::BindingKind;
 use serde::Serialize;
 
-use crate::{gpu::known_shader, shadow::ShadowLayer, techniques::Inputs, uniform::UniformValue};
+use crate::{
+    emitters::EmittingTriangle, gpu::known_shader, shadow::ShadowLayer, techniques::Inputs, uniform::UniformValue,
+};
 
 mod display;
 
@@ -238,6 +240,9 @@ pub struct FramePlan {
     /// What the scene's lights look at; empty in an unlit scene, or without one.
     #[serde(skip)]
     pub light_views: Vec<ShadowLayer>,
+    /// Triangles of the scene that emit light; empty in a scene that has none, or without one.
+    #[serde(skip)]
+    pub emitters: Vec<EmittingTriangle>,
     /// The view that passes are planned for.
     #[serde(skip)]
     view: Option<usize>,

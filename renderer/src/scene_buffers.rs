@@ -37,6 +37,10 @@ pub(crate) struct Material {
     alpha_texture: u32,
     specular: [f32; 3],
     phong_exponent: f32,
+    translucency: [f32; 3],
+    unused_0: f32,
+    absorption: [f32; 3],
+    unused_1: f32,
 }
 
 /// Twin of `Light` in `common/scene.wgsl`.
@@ -103,6 +107,9 @@ impl SceneBuffers {
                 alpha_texture: texture(m.alpha_texture),
                 specular: m.specular,
                 phong_exponent: m.phong_exponent,
+                translucency: m.translucency,
+                absorption: m.absorption,
+                ..Material::zeroed()
             })
             .collect();
         let lights = lights(&scene.pose(0).lights);

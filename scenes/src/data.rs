@@ -67,6 +67,12 @@ pub struct Material {
     pub specular: [f32; 3],
     /// Phong exponent (`Ns`), 0..1e6.
     pub phong_exponent: f32,
+    /// Share of the light on the far side that passes (`translucency`), linear, 0..1; 0 is opaque. What passes leaves as from
+    /// a diffuse surface.
+    pub translucency: [f32; 3],
+    /// Absorption inside a translucent body (`absorption`), linear, for each scene unit, 0..1e9: after a way d there
+    /// exp(-absorption d) of the light is left.
+    pub absorption: [f32; 3],
     /// The surface receives indirect light and sends none: techniques take its radiance as a source for 0.
     pub receive_only: bool,
 }
@@ -81,6 +87,8 @@ impl Default for Material {
             emission: [0.0; 3],
             specular: [0.0; 3],
             phong_exponent: 0.0,
+            translucency: [0.0; 3],
+            absorption: [0.0; 3],
             receive_only: false,
         }
     }

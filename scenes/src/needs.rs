@@ -18,6 +18,8 @@ pub struct SceneNeeds {
     pub emitters: bool,
     /// Some material has a specular part.
     pub glossy: bool,
+    /// Some material lets light through.
+    pub translucent: bool,
     /// Number of meshes that enclose solid matter ([`Mesh::is_watertight`](crate::Mesh::is_watertight)); cut-outs do not.
     pub watertight_meshes: usize,
     /// Number of meshes that do not.
@@ -54,6 +56,7 @@ impl SceneNeeds {
             textured: used().any(|m| m.albedo_texture.is_some()),
             emitters: used().any(|m| m.emission != [0.0; 3]),
             glossy: used().any(|m| m.specular != [0.0; 3]),
+            translucent: used().any(|m| m.translucency != [0.0; 3]),
             watertight_meshes: watertight,
             open_meshes: drawn().count() - watertight,
             cut_out_meshes: drawn().filter(has_cut_outs).count(),
@@ -106,6 +109,11 @@ mod tests {
             (Material { emission: [0.0, 0.0, 0.1], ..default() }, SceneNeeds { emitters: true, ..plain.clone() }),
             (Material { specular: [0.0, 0.1, 0.0], ..default() }, SceneNeeds { glossy: true, ..plain.clone() }),
             (Material { receive_only: true, ..default() }, SceneNeeds { receive_only: true, ..plain.clone() }),
+            (
+                Material { translucency: [0.0, 0.1, 0.0], ..default() },
+                SceneNeeds { translucent: true, ..plain.clone() },
+            ),
+            (Material { absorption: [1.0; 3], ..default() }, plain.clone()),
             (Material { phong_exponent: 10.0, ..default() }, plain.clone()),
         ] {
             assert_eq!(SceneNeeds::of(&scene(special.clone(), default())), needs);

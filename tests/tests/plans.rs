@@ -324,9 +324,9 @@ fn overrides(parameters: &[Parameter]) -> BTreeSet<&'static str> {
 #[test]
 fn override_parameters_and_override_constants_are_the_same() {
     // Set by the plan itself: children of a texel, whether a level gathered, whether meshes are solid, whether a filter
-    // averages frames, sectors of a slice, number of lights.
+    // averages frames, samples of each light's view, sectors of a slice, number of lights.
     let by_plan = |folder: &str| match folder {
-        "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED", "SOLID", "OVER_FRAMES"]),
+        "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED", "LIGHT_SAMPLES", "SOLID", "OVER_FRAMES"]),
         "bitmask" => BTreeSet::from(["SECTORS", "OVER_FRAMES"]),
         "gtao" => BTreeSet::from(["FALLS"]),
         "hybrid" => BTreeSet::from(["OVER_FRAMES"]),
@@ -499,6 +499,14 @@ fn light_space_plans(scene: &Scene) -> Vec<FramePlan> {
         &[("weighting", "pattern"), ("sources", "lights"), ("specular", "screen"), ("temporal_a", "0.9")],
     ];
     let mut all: Vec<_> = hybrid.into_iter().map(|values| plan(scene, "hybrid", values, SIZE)).collect();
+    let hierarchical = [
+        &[("sources", "lights")][..],
+        &[("sources", "both"), ("temporal_a", "0.9")],
+        &[("sources", "lights"), ("light_visibility", "off"), ("visibility", "auto")],
+        &[("sources", "both"), ("light_visibility", "off"), ("visibility", "auto"), ("only_level", "1")],
+        &[("sources", "lights"), ("bounces", "2"), ("visibility", "auto"), ("visibility_bounces", "first")],
+    ];
+    all.extend(hierarchical.map(|values| plan(scene, "hierarchical", values, SIZE)));
     all.extend(["rsm", "ssdo", "ssao"].map(|technique| plan(scene, technique, &[], SIZE)));
     // In an unlit scene the lights' views bring nothing; what frames prepare for techniques is there all the same.
     all.retain(|plan| plan.outputs.contains_key("indirect") || plan.outputs.contains_key("ambient_occlusion"));
@@ -536,6 +544,10 @@ fn every_plan() -> Vec<FramePlan> {
         let values = [("storage", storage), ("visibility", "auto"), ("bounces", "2"), ("temporal_a", "0.9")];
         plan(&polished, "hierarchical", &values, SIZE)
     }));
+    let mut wax = scenes::court();
+    wax.materials[0].translucency = [0.5; 3];
+    wax.lights.push(scenes::sun());
+    let translucent = ["float16", "float32"].map(|storage| plan(&wax, "hybrid", &[("storage", storage)], SIZE));
     plans(&[("temporal_a", "0")])
         .chain(plans(&[("temporal_a", "0.9")]))
         .chain(plans(&[("visibility", "auto")]))
@@ -543,6 +555,7 @@ fn every_plan() -> Vec<FramePlan> {
         .chain(technique_plans())
         .chain(scenes.iter().flat_map(light_space_plans))
         .chain(glossy)
+        .chain(translucent)
         .collect()
 }
 

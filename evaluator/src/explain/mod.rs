@@ -217,14 +217,22 @@ fn bad(error: impl std::fmt::Display) -> Error {
 
 /// The settings with visibility off; `None` where the technique tests none.
 fn without_visibility(technique: &Technique, settings: &Settings) -> Option<Settings> {
-    let key = format!("{}.visibility", technique.name);
     let complete = (technique.complete)(settings).ok()?;
     let off = Value::parse("off");
-    (complete.get(&key)? != &off).then(|| {
+    let tested =
+        |(key, value): &(&String, &Value)| key.ends_with("visibility") && **value != off && tests(&complete, key);
+    let keys: Vec<_> = complete.iter().filter(tested).map(|(key, _)| key.clone()).collect();
+    (!keys.is_empty()).then(|| {
         let mut settings = settings.clone();
-        settings.insert(key, off);
+        settings.extend(keys.into_iter().map(|key| (key, off.clone())));
         settings
     })
+}
+
+/// Whether a parameter that ends in `visibility` takes effect: that of light from the lights' views needs those as sources.
+fn tests(complete: &Settings, key: &str) -> bool {
+    let sources = key.strip_suffix("light_visibility").map(|technique| format!("{technique}sources"));
+    sources.is_none_or(|sources| complete.get(&sources) != Some(&Value::parse("screen")))
 }
 
 /// What the path tracer says.

@@ -245,6 +245,8 @@ fn unsound(scene: &Scene) -> Option<String> {
         let glow = material.emission.iter().all(|v| v.is_finite() && *v >= 0.0);
         if !unit(&material.albedo)
             || !unit(&material.specular)
+            || !unit(&material.translucency)
+            || !material.absorption.iter().all(|v| (0.0..=1e9).contains(v))
             || !glow
             || !(0.0..=1e6).contains(&material.phong_exponent)
         {

@@ -144,6 +144,14 @@ const EXPLAINED: &[Explained] = &[
                 size that fits",
     },
     Explained {
+        row: "64 lights",
+        technique: "hierarchical",
+        measure: "errors",
+        settings: &["light_view_size=512"],
+        cause: "104 views of 512 texels a side and their pyramid do not fit a buffer that every device binds: refused by a \
+                sentence with the size that fits",
+    },
+    Explained {
         row: "what was hidden in the frame before",
         technique: "bitmask",
         measure: "uncovered pixels with light of the frame before",

@@ -4,11 +4,12 @@
 
 mod bounces;
 mod gather;
+mod lights;
 mod views;
 mod visibility;
 
 use self::gather::{Gather, Light};
-use super::{GBufferNeeds, Inputs, Technique};
+use super::{GBufferNeeds, Inputs, Technique, hybrid::Sources};
 pub use crate::resolution::{Storage, UpsamplingKernel};
 use crate::{
     choice, parameters,
@@ -139,6 +140,16 @@ choice! {
 }
 
 choice! {
+    /// What light from the lights' views is tested by.
+    pub enum LightVisibility {
+        /// Nothing: light passes through everything.
+        Off = "off",
+        /// A grid of cubes over the whole scene.
+        Cubes = "cubes",
+    }
+}
+
+choice! {
     /// Where samples of glossy light are drawn.
     pub enum GlossyImportance {
         /// As many everywhere.
@@ -209,6 +220,17 @@ parameters! {
         /// Where samples of glossy light are drawn: off, as many everywhere; 2010, more in the mirror lobe's screen directions, as published; lobe, where its light comes from.
         glossy_importance: GlossyImportance = GlossyImportance::Lobe, unit "",
         grid [GlossyImportance::Off, GlossyImportance::Paper, GlossyImportance::Lobe], role Override("IMPORTANCE");
+        /// Where first-bounce light comes from: screen, what the camera sees; lights, what the lights see; both, from within `border` what the camera sees, from beyond it what the lights see. With lights or both, bounces do not take turns and extra cameras add nothing.
+        sources: Sources = Sources::Screen, unit "", grid [Sources::Screen, Sources::Lights, Sources::Both], role Plan;
+        /// Distance up to which light comes from the screen where sources is both; 0 takes a thirtieth of the scene's diagonal.
+        border: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
+        /// Width and height of each light's view, rounded up to a multiple of its coarsest texel.
+        light_view_size: u32 = 128, in 8..=512, unit "px", grid [64, 128, 256], role Plan;
+        /// What light from the lights' views is tested by: off, it passes through everything; cubes, a grid over the whole scene.
+        light_visibility: LightVisibility = LightVisibility::Cubes, unit "",
+        grid [LightVisibility::Off, LightVisibility::Cubes], role Plan;
+        /// Cubes along the longest side of the scene.
+        voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
     }
 }
 
@@ -222,7 +244,10 @@ pub const TECHNIQUE: Technique = Technique {
         let parameters = Hierarchical::from_settings(settings)?;
         Ok(GBufferNeeds {
             glossy_material: parameters.glossy == Switch::On,
-            extra_cameras: parameters.extra_cameras == Switch::On && parameters.bounces > 0,
+            translucent_material: false,
+            extra_cameras: parameters.extra_cameras == Switch::On
+                && parameters.bounces > 0
+                && parameters.sources == Sources::Screen,
         })
     },
     plan: |plan, inputs, settings| {
@@ -261,6 +286,11 @@ fn upsampling(parameters: &Hierarchical) -> Upsampling {
     Upsampling { kernel: parameters.upsampling_kernel, storage: parameters.storage }
 }
 
+/// Materials of the pixels, where glossy light is gathered.
+fn glossy_material(inputs: &Inputs, parameters: &Hierarchical) -> Option<ResourceId> {
+    inputs.material.filter(|_| parameters.glossy == Switch::On)
+}
+
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Hierarchical::from_settings(settings)?;
     let only = match parameters.only_level {
@@ -275,20 +305,47 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     if parameters.bounces == 0 {
         return Ok(None);
     }
+    // Without a scene its lights are asked for all the same, to be told that they are missing.
+    let lit = inputs.scene.is_none() || !plan.light_views.is_empty() || !plan.emitters.is_empty();
+    let sources = match parameters.sources {
+        Sources::Lights if !lit => return Ok(None),
+        sources => sources,
+    };
+    let screen_gathers =
+        sources != Sources::Lights || parameters.bounces > 1 || glossy_material(inputs, &parameters).is_some();
     // Levels coarser than the only one wanted have nothing to add.
-    let last = only.unwrap_or(parameters.levels - 1);
+    let last = if screen_gathers { only.unwrap_or(parameters.levels - 1) } else { 0 };
     let levels = pyramid(plan, inputs, &parameters.constants(), parameters.start_resolution.divisor(), last);
-    let voxels = visibility::plan_voxels(plan, inputs, &parameters, &levels)?;
-    let gather = Gather { parameters: &parameters, levels: &levels, only, voxels: voxels.as_ref(), material: None };
+    let tested = sources != Sources::Lights
+        || parameters.bounces > 1 && parameters.visibility_bounces == VisibilityBounces::All
+        || glossy_material(inputs, &parameters).is_some();
+    let voxels = if tested { visibility::plan_voxels(plan, inputs, &parameters, &levels)? } else { None };
+    let border = match sources {
+        Sources::Both => Some(inputs.length_or_share(parameters.border, "hierarchical.border")?),
+        Sources::Screen | Sources::Lights => None,
+    };
+    let gather =
+        Gather { parameters: &parameters, levels: &levels, only, voxels: voxels.as_ref(), material: None, border };
     let surfels: Vec<_> = levels.iter().map(|level| level.surfels).collect();
-    let light = if parameters.bounces == 2 && parameters.bounce_interleaving == Switch::On {
+    let turns = parameters.bounces == 2 && parameters.bounce_interleaving == Switch::On;
+    let light = if turns && sources == Sources::Screen {
         bounces::plan_interleaved(plan, inputs, &gather)
     } else {
-        let first = gather.light(plan, Light::Bounce(1), &surfels);
+        let first = match sources {
+            Sources::Lights => None,
+            Sources::Screen | Sources::Both => gather.light(plan, Light::Bounce(1), &surfels),
+        };
+        let first = match sources {
+            Sources::Screen => first,
+            Sources::Lights | Sources::Both => {
+                let near = first.zip(border);
+                lights::plan_light_from_lights(plan, inputs, &parameters, &levels[0], only, near)?
+            }
+        };
         first.map(|first| bounces::plan_bounces(plan, inputs, &gather, first))
     };
     let Some(light) = light else { return Ok(None) };
-    if let Some(material) = inputs.material.filter(|_| parameters.glossy == Switch::On) {
+    if let Some(material) = glossy_material(inputs, &parameters) {
         let gather = Gather { material: Some(material), ..gather };
         if let Some(light) = gather.light(plan, Light::Glossy, &surfels) {
             let glossy = to_display(plan, inputs, &upsampling(&parameters), &levels[0], light, "glossy");

@@ -25,6 +25,7 @@ use crate::{
     shadow::ShadowLayer,
     techniques::hierarchical::{StartResolution, Switch},
     temporal::{temporal_filter, temporal_filter_of_gloss},
+    translucency::Translucency,
 };
 
 choice! {
@@ -106,6 +107,8 @@ parameters! {
         occlusion_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Uniform;
         /// Radius within which surfaces close the hemisphere; 0 takes a thirtieth of the scene's diagonal.
         occlusion_radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Uniform;
+        /// Whether light from behind passes translucent surfaces, along the lights' views; takes effect where sources has those.
+        translucency: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
         /// Storage of light at full resolution: float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
         /// Share a of the frames before in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.
@@ -120,8 +123,10 @@ pub const TECHNIQUE: Technique = Technique {
     parameters: Hybrid::parameters,
     complete: |settings| Ok(Hybrid::from_settings(settings)?.to_settings()),
     needs: |settings| {
-        let glossy_material = Hybrid::from_settings(settings)?.specular != Views::Off;
-        Ok(GBufferNeeds { glossy_material, ..GBufferNeeds::NONE })
+        let parameters = Hybrid::from_settings(settings)?;
+        let glossy_material = parameters.specular != Views::Off;
+        let translucent_material = parameters.translucency == Switch::On && parameters.sources != Sources::Screen;
+        Ok(GBufferNeeds { glossy_material, translucent_material, ..GBufferNeeds::NONE })
     },
     plan,
 };
@@ -133,7 +138,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let parameters = Hybrid::from_settings(settings)?;
     let near = parameters.sources != Sources::Lights;
     // Without a scene its lights are asked for all the same, to be told that they are missing.
-    let lit = inputs.scene.is_none() || !plan.light_views.is_empty();
+    let lit = inputs.scene.is_none() || !plan.light_views.is_empty() || !plan.emitters.is_empty();
     let far = parameters.sources != Sources::Screen && lit;
     if !near && !far && parameters.ambient_occlusion == Views::Off {
         return Ok(None);
@@ -149,6 +154,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         .then(|| Patterns::new(plan, &parameters, level, radius));
     let mut specular = Specular::new(plan, inputs, &parameters);
     let mut openness = Openness::new(plan, inputs, &parameters, level)?;
+    let mut translucency = Translucency::new(inputs, far && parameters.translucency == Switch::On);
 
     // Each light's view is drawn, and read by all that look for something in it.
     let asks = |views: Views| views == Views::Both && lit;
@@ -163,6 +169,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         if let Some(openness) = openness.as_mut().filter(|_| asks(parameters.ambient_occlusion)) {
             openness.add(plan, maps, index, view);
         }
+        translucency.add(plan, maps, index, view);
     };
     let size = parameters.light_view_size;
     let mut lights = None;
@@ -173,6 +180,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         plan_light_maps(plan, inputs, Hybrid::TECHNIQUE, size, &mut look)?;
     }
 
+    translucency.finish(plan);
     let open = openness.map(|openness| openness.finish(plan, inputs));
     if let Some((light, material)) = specular.map(|specular| specular.light()) {
         let light = open.map_or(light, |open| attenuated(plan, light, open, "glossy"));

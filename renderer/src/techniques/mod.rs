@@ -33,7 +33,7 @@ pub struct Inputs {
     pub albedo: ResourceId,
     /// What moves, where something does and the temporal filter follows it.
     pub motion: Option<MotionInputs>,
-    /// Index of each pixel's material, where the plan has glossy light.
+    /// Index of each pixel's material, where the plan has glossy light or light that passes translucent surfaces.
     pub material: Option<ResourceId>,
     /// Surfaces that receive light and send none, where the scene has any; `direct` is already without theirs.
     pub receive_only: Option<ReceiveOnlyInputs>,
@@ -50,11 +50,16 @@ impl Inputs {
     /// # Errors
     /// Where there is no scene to take it from.
     pub(crate) fn nearby(&self, radius: f32, technique: &str) -> Result<f32, SettingsError> {
+        self.length_or_share(radius, &format!("{technique}.radius"))
+    }
+
+    /// As [`Self::nearby`], for the parameter of this key.
+    pub(crate) fn length_or_share(&self, length: f32, key: &str) -> Result<f32, SettingsError> {
         match self.scene {
-            _ if radius > 0.0 => Ok(radius),
+            _ if length > 0.0 => Ok(length),
             Some(SceneInputs { bounds: [low, high], .. }) => Ok(NEARBY * Vec3::from(high).distance(low.into())),
             None => Err(SettingsError(format!(
-                "{technique}.radius = 0 takes its length from the scene and only textures were given: give a radius"
+                "{key} = 0 takes its length from the scene and only textures were given: give a length"
             ))),
         }
     }
@@ -85,6 +90,8 @@ pub struct SceneInputs {
     pub alpha_tested: bool,
     /// Some material has a specular part.
     pub glossy: bool,
+    /// Some material lets light through.
+    pub translucent: bool,
     /// Some mesh encloses solid matter.
     pub solid_meshes: bool,
     /// Some mesh does not, and has no cut-outs.
@@ -108,6 +115,7 @@ impl SceneInputs {
         Self {
             alpha_tested: needs.alpha_tested,
             glossy: needs.glossy,
+            translucent: needs.translucent,
             solid_meshes: needs.watertight_meshes > 0,
             open_meshes: needs.open_meshes > needs.cut_out_meshes,
             moving: needs.moving_objects > 0,
@@ -124,13 +132,15 @@ impl SceneInputs {
 pub struct GBufferNeeds {
     /// Index of each pixel's material, in a scene that has glossy ones.
     pub glossy_material: bool,
+    /// Index of each pixel's material, in a scene that has translucent ones.
+    pub translucent_material: bool,
     /// G-buffers of the scene's extra cameras, in a scene that has some.
     pub extra_cameras: bool,
 }
 
 impl GBufferNeeds {
     /// Those of a technique that needs nothing more.
-    pub const NONE: Self = Self { glossy_material: false, extra_cameras: false };
+    pub const NONE: Self = Self { glossy_material: false, translucent_material: false, extra_cameras: false };
 }
 
 /// A way to find indirect light.
@@ -199,6 +209,7 @@ pub fn needs_of_any(settings: &Settings) -> Result<GBufferNeeds, SettingsError> 
         let own = (technique.needs)(settings)?;
         Ok(GBufferNeeds {
             glossy_material: all.glossy_material || own.glossy_material,
+            translucent_material: all.translucent_material || own.translucent_material,
             extra_cameras: all.extra_cameras || own.extra_cameras,
         })
     })

@@ -16,6 +16,8 @@ pub(super) struct PrimarySurface {
     rays: u32,
     direct: [f32; 3],
     material: u32,
+    transmitted: [f32; 3],
+    unused: u32,
 }
 
 /// Everything that a trace has gathered so far. It can be stored ([`State::to_bytes`]) and continued
@@ -58,6 +60,8 @@ pub struct Truth {
     /// Radiance after direct lighting, emission included. Pixel centres and delta lights leave nothing to chance: its
     /// standard error is 0.
     pub direct: Vec<[f32; 3]>,
+    /// Radiance of directly lit far sides that passes translucent surfaces; its standard error is 0 too.
+    pub transmitted: Vec<[f32; 3]>,
     /// First bounce, incident (albedo not included).
     pub bounce1: Option<Estimate<[f32; 3]>>,
     /// Sum of the asked number of bounces, incident (albedo not included).
@@ -70,7 +74,7 @@ pub struct Truth {
     pub ambient_occlusion: Option<Estimate<f32>>,
 }
 
-const MAGIC: [u8; 8] = *b"HLTRUTH1";
+const MAGIC: [u8; 8] = *b"HLTRUTH2";
 
 impl State {
     /// Samples a pixel.
@@ -143,6 +147,7 @@ impl State {
             normal: self.surfaces.iter().map(|s| s.normal).collect(),
             albedo: self.surfaces.iter().map(|s| s.albedo).collect(),
             direct: self.surfaces.iter().map(|s| unscaled(s.direct)).collect(),
+            transmitted: self.surfaces.iter().map(|s| unscaled(s.transmitted)).collect(),
             bounce1: layout.bounce1.map(radiance),
             indirect: layout.indirect.map(radiance),
             on_screen: layout.on_screen.map(radiance),

@@ -112,6 +112,7 @@ impl Trace {
         let mut constants: Vec<_> = layout.constants().into();
         constants.push(("BOUNCES", request.path_bounces().into()));
         constants.push(("HOLES", f64::from(u8::from(tracer.has_holes))));
+        constants.push(("TRANSLUCENT", f64::from(u8::from(tracer.has_translucency))));
         constants.push(("ENVIRONMENT", f64::from(u8::from(tracer.has_environment))));
         let stage = |name| Stage::new(gpu, tracer, shader, name, &constants, [&uniform, &surfaces, &sums]);
         let view = request.camera.view_matrix();

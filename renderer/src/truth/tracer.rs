@@ -20,6 +20,8 @@ pub struct Tracer {
     /// A black texel where the scene has none.
     pub(super) environment: wgpu::Buffer,
     pub(super) has_environment: bool,
+    /// Whether some material lets light through.
+    pub(super) has_translucency: bool,
     pub(super) light_count: u32,
     /// Whether any triangle has holes.
     pub(super) has_holes: bool,
@@ -53,6 +55,7 @@ impl Tracer {
                 })
             }),
             has_environment: buffers.environment.is_some(),
+            has_translucency: scene.materials.iter().any(|material| material.translucency != [0.0; 3]),
             light_count: buffers.light_count,
             scene_radius: scene.bounds().map_or(0.0, |(low, high)| (high - low).length() / 2.0),
             radiance_scale: radiance_scale(scene),

@@ -20,6 +20,8 @@ pub(super) struct Entry {
     ke: Option<[f32; 3]>,
     ks: Option<[f32; 3]>,
     ns: Option<f32>,
+    translucency: Option<[f32; 3]>,
+    absorption: Option<[f32; 3]>,
     dissolve: Option<f32>,
     map_kd: Option<String>,
     map_d: Option<String>,
@@ -45,6 +47,8 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Vec<Entry>
             "ke" => set(&mut entry.ke, colour(rest)),
             "ks" => set(&mut entry.ks, colour(rest)),
             "ns" => set(&mut entry.ns, rest.split_whitespace().next().and_then(|word| word.parse().ok())),
+            "translucency" => set(&mut entry.translucency, colour(rest)),
+            "absorption" => set(&mut entry.absorption, colour(rest)),
             "d" => set(&mut entry.dissolve, rest.split_whitespace().last().and_then(|word| word.parse().ok())),
             "map_kd" => set(&mut entry.map_kd, file_name(rest)),
             "map_d" => set(&mut entry.map_d, file_name(rest)),
@@ -86,7 +90,8 @@ impl Entry {
     /// The material, with its textures loaded.
     ///
     /// `Kd` is 1 where only `map_Kd` is given (the image alone is the colour) and 0.8 where neither
-    /// is. `Kd` and `Ks` are clamped to 0..1, `Ke` to non-negative numbers, `Ns` to 0..1e6.
+    /// is. `Kd` and `Ks` are clamped to 0..1, `Ke` to non-negative numbers, `Ns` to 0..1e6. `translucency`
+    /// (0..1) and `absorption` (for each scene unit) are this program's own keys: `Tf` is 1 in many files that mean nothing by it.
     pub fn resolve(&self, reader: &mut Reader) -> Material {
         let whose = format!("{}: material `{}`", self.place, self.name);
         let mut in_range = |keyword: &str, value: [f32; 3], high: f32| {
@@ -104,6 +109,8 @@ impl Entry {
         // Far above any light and far below what a float holds.
         let emission = in_range("Ke", self.ke.unwrap_or_default(), 1e6);
         let [phong_exponent, ..] = in_range("Ns", [self.ns.unwrap_or_default(); 3], 1e6);
+        let translucency = in_range("translucency", self.translucency.unwrap_or_default(), 1.0);
+        let absorption = in_range("absorption", self.absorption.unwrap_or_default(), 1e9);
         if self.map_kd.is_some() && albedo == [0.0; 3] {
             reader.warn(format!("{whose}: Kd 0 makes map_Kd black; write Kd 1 1 1 if the image is meant to show"));
         }
@@ -121,6 +128,8 @@ impl Entry {
             emission,
             specular,
             phong_exponent,
+            translucency,
+            absorption,
             receive_only: false,
         }
     }

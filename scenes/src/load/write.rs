@@ -67,6 +67,11 @@ fn write_material(mtl: &mut String, material: &Material, name: &str, textures: &
         let _ = writeln!(mtl, "{keyword} {r} {g} {b}");
     }
     let _ = writeln!(mtl, "Ns {}", material.phong_exponent);
+    for (keyword, value) in [("translucency", material.translucency), ("absorption", material.absorption)] {
+        if value != [0.0; 3] {
+            let _ = writeln!(mtl, "{keyword} {} {} {}", value[0], value[1], value[2]);
+        }
+    }
     if let Some(image) = material.albedo_texture.and_then(|i| images.get(i)) {
         let _ = writeln!(mtl, "map_Kd {image}");
     }

@@ -28,6 +28,12 @@ struct Material {
     alpha_texture: u32,
     specular: vec3f,
     phong_exponent: f32,
+    // Share of the light on the far side that passes.
+    translucency: vec3f,
+    unused_0: f32,
+    // For each scene unit of the way inside.
+    absorption: vec3f,
+    unused_1: f32,
 }
 
 struct Light {

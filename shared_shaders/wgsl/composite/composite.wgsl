@@ -1,5 +1,6 @@
-// variants: float16, glossy
-// final = direct + albedo * indirect (Soler 2009, section 4), and with `glossy` + Ks * glossy (2010).
+// variants: float16, glossy, transmitted
+// final = direct + albedo * indirect (Soler 2009, section 4), with `glossy` + Ks * glossy (2010), with
+// `transmitted` + what passes translucent surfaces.
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 @if(glossy) import package::common::scene::Material;
 
@@ -11,6 +12,7 @@
 @if(glossy) @group(0) @binding(4) var glossy: texture_2d<f32>;
 @if(glossy) @group(0) @binding(5) var material: texture_2d<u32>;
 @if(glossy) @group(0) @binding(6) var<storage, read> materials: array<Material>;
+@if(transmitted) @group(0) @binding(7) var transmitted: texture_2d<f32>;
 
 // One invocation serves four pixels, a workgroup's width apart, so that starting it costs less than
 // its work and neighbours still read neighbours.
@@ -30,6 +32,7 @@ fn composite(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
                 let specular = materials[textureLoad(material, pixel, 0).x].specular;
                 radiance += specular * textureLoad(glossy, pixel, 0).rgb;
             }
+            @if(transmitted) { radiance += textureLoad(transmitted, pixel, 0).rgb; }
             @if(float16) {
                 radiance = min(radiance, vec3f(LARGEST_FLOAT16));
             }

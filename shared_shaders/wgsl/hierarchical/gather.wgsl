@@ -1,7 +1,8 @@
-// variants: visibility, glossy, pairs
+// variants: visibility, glossy, pairs, near
 // Indirect light that each texel of one level receives from a ring around it (Soler 2009, section 3.2).
 // With `glossy`, what it sends on in its mirror direction towards the eye, for each unit of Ks (2010, section 4).
-// With `visibility`, only from what the voxel grid does not hide (2010). `pairs` is for tests: it answers for given
+// With `visibility`, only from what the voxel grid does not hide (2010). With `near`, only from what is closer than a border:
+// the rest comes from the lights' views. `pairs` is for tests: it answers for given
 // pairs of texels whether one sees the other, and no frame has it.
 import package::common::math::spread2;
 import package::common::view::{View, SKY_DEPTH};
@@ -33,6 +34,8 @@ struct Params {
     discs: f32,
     // Stream of random numbers: the level.
     level: u32,
+    // Border between what the screen and what the lights' views send, scene units.
+    @if(near) border: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -208,7 +211,9 @@ fn sample_factor(receiver: Receiver, point: vec2f, words: vec4u) -> f32 {
         POINT_TO_DISC,
     );
     // Outside, a load may give any texel, whose factor is finite all the same.
-    @if(!glossy) { return select(0.0, factor, on_screen); }
+    @if(near) let border = params.border * receiver.unit;
+    @if(near && !glossy) { return select(0.0, factor, on_screen && dot(toward, toward) < border * border); }
+    @if(!near && !glossy) { return select(0.0, factor, on_screen); }
     @if(glossy) { return select(0.0, factor * lobe, on_screen); }
 }
 

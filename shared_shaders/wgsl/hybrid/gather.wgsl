@@ -11,8 +11,7 @@ import package::common::view::{View, SKY_DEPTH};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 import package::light_views::light_surface::LightSurface;
 import package::light_views::transfer::transfer;
-@if(far && visibility) import package::scene_voxels::grid::{Grid, word_index, grid_position};
-@if(far && visibility) import package::scene_voxels::march::{CLEAR, Walk, begin_walk, way_out, next_cube};
+@if(far && visibility) import package::scene_voxels::sees::{clear_of, sees};
 
 struct Params {
     // Width of a texel in full-resolution pixels.
@@ -32,9 +31,6 @@ struct Params {
 @if(!float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba16float, write>;
 @if(far) @group(0) @binding(4) var<storage, read> virtual_lights: array<LightSurface>;
-
-@if(far && visibility) @group(0) @binding(5) var<storage, read> grid: Grid;
-@if(far && visibility) @group(0) @binding(6) var<storage, read> cubes: array<u32>;
 
 @if(recompute) @group(0) @binding(7) var depth: texture_2d<f32>;
 @if(recompute) @group(0) @binding(8) var normal: texture_2d<f32>;
@@ -104,31 +100,13 @@ fn light_from_near(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     return within_hemisphere(sum * (area / disc));
 }
 
-/// Where a ray to or from a surface begins, in cubes; place and normal in view space.
+/// Where a ray to or from a surface begins; place and normal in view space.
 @if(far && visibility)
-fn clear_of(position: vec3f, normal: vec3f) -> vec3f {
-    return grid_position(grid, (view.view_to_world * vec4f(position + normal * (CLEAR * grid.width), 1.0)).xyz);
-}
-
-/// Whether nothing in the grid stands between two places, in cubes.
-@if(far && visibility)
-fn sees(start: vec3f, goal: vec3f) -> bool {
-    var walk = begin_walk(start, goal);
-    var blocked = false;
-    // A segment crosses at most as many borders as there are cubes along the three axes.
-    let most = grid.size.x + grid.size.y + grid.size.z;
-    for (var i = 0u; i < most && !blocked; i++) {
-        let inside = all(walk.cube >= vec3i(0)) && all(walk.cube < vec3i(grid.size));
-        if inside {
-            let cube = vec3u(walk.cube);
-            blocked = ((cubes[word_index(grid, cube)] >> (cube.x & 31u)) & 1u) != 0u;
-        }
-        if way_out(walk) >= 1.0 {
-            break;
-        }
-        walk = next_cube(walk);
-    }
-    return !blocked;
+fn ray_end(position: vec3f, normal: vec3f) -> vec3f {
+    return clear_of(
+        (view.view_to_world * vec4f(position, 1.0)).xyz,
+        (view.view_to_world * vec4f(normal, 0.0)).xyz,
+    );
 }
 
 /// What a virtual light of the list would bring if nothing stood in between.
@@ -155,7 +133,7 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
         }
     }
     @if(visibility) {
-        let here = clear_of(position, normal);
+        let here = ray_end(position, normal);
         var choice = random.y;
         for (var start = first; start < params.virtual_lights; start += params.stride * SAMPLES_PER_RAY) {
             // One light of these few stands for them where it is seen (resampled importance sampling, Talbot et al. 2005).
@@ -178,7 +156,7 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
             }
             if strength_of_all > 0.0 {
                 let surface = virtual_lights[picked];
-                if sees(here, clear_of(surface.position, surface.normal)) {
+                if sees(here, ray_end(surface.position, surface.normal)) {
                     let light = surface.radiance;
                     sum += light * (strength_of_all / max(light.x, max(light.y, light.z)));
                 }

@@ -4,6 +4,7 @@ import package::common::math::random3;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::View;
 import package::common::view::SKY_DEPTH;
+import package::light_views::importance::{ANY_WAY, RECEIVERS};
 import package::light_views::light_surface::{LightSurface, unpack_light, pack_light};
 import package::light_views::transfer::{transfer, nearness};
 
@@ -22,11 +23,6 @@ struct Params {
 @group(0) @binding(5) var<storage, read_write> lights: array<vec4u>;
 @group(0) @binding(6) var surfels: texture_2d<u32>;
 @group(0) @binding(7) var<storage, read_write> importances: array<f32>;
-
-// Receivers along one side of the screen.
-const RECEIVERS: u32 = 8u;
-// Part of the importance that asks for nearness alone: a receiver that was not looked at may be turned any way.
-const ANY_WAY: f32 = 0.1;
 
 @compute @workgroup_size(8, 8)
 fn collect(@builtin(global_invocation_id) id: vec3u) {

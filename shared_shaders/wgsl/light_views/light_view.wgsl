@@ -1,6 +1,6 @@
-// variants: alpha_tested, textured, moving
+// variants: alpha_tested, textured, moving, receive_only
 // What one light (or one of the six faces around it) sees: a reflective shadow map (Dachsbacher & Stamminger 2005). The
-// first surface from the light is lit by it, so no shadow is looked up.
+// first surface from the light is lit by it, so no shadow is looked up. With `receive_only`, some surfaces send nothing on.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{LARGEST_RADIANCE, PI};
 import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vertex_normal, light_incidence, NO_TEXTURE};
@@ -22,6 +22,8 @@ struct Params {
 @group(0) @binding(3) var<storage, read> lights: array<Light>;
 @if(alpha_tested || textured) @group(0) @binding(4) var<storage, read> texels: array<u32>;
 @if(moving) @group(0) @binding(5) var<storage, read> objects: array<Object>;
+// One word a material: 1 where it only receives.
+@if(receive_only) @group(0) @binding(6) var<storage, read> receive_only: array<u32>;
 
 struct Varyings {
     @builtin(position) clip: vec4f,
@@ -74,6 +76,9 @@ fn fragment(in: Varyings) -> Targets {
         if material.albedo_texture != NO_TEXTURE {
             albedo *= sample_texture(material.albedo_texture, in.uv).rgb;
         }
+    }
+    @if(receive_only) {
+        albedo *= f32(1u - receive_only[in.material]);
     }
     let light = lights[params.light];
     let incidence = light_incidence(light, in.position);

@@ -58,6 +58,8 @@ override GLOSSY: u32 = 0u;
 override BOUNCES: u32 = 1u;
 /// Whether the scene has an environment.
 override ENVIRONMENT: bool = false;
+/// Whether some material lets light through.
+override TRANSLUCENT: bool = false;
 /// Whether any triangle has holes.
 override HOLES: bool = false;
 
@@ -84,6 +86,9 @@ struct PrimarySurface {
     // `radiance_scale` included.
     direct: vec3f,
     material: u32,
+    // What passes from the far side, `radiance_scale` included.
+    transmitted: vec3f,
+    unused: u32,
 }
 
 /// A point on a surface, its normals turned towards the ray that found it.
@@ -186,6 +191,42 @@ fn direct_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
     return surface.emission + surface.albedo / PI * (irradiance * job.radiance_scale);
 }
 
+/// Radiance that leaves a translucent surface of the light on its far side: light goes straight on from where it enters the
+/// body, over the distance inside (Beer-Lambert), and leaves as from a diffuse surface. A sheet has no inside. One body:
+/// what else stands between the light and where it enters hides it.
+fn transmitted_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
+    let material = materials[surface.material];
+    var sum = vec3f(0.0);
+    if !any(material.translucency > vec3f(0.0)) {
+        return sum;
+    }
+    for (var i = 0u; i < job.light_count; i++) {
+        let light = light_incidence(lights[i], surface.position);
+        let cosine = -dot(surface.normal, light.direction);
+        if cosine <= 0.0 || all(light.irradiance <= vec3f(0.0)) {
+            continue;
+        }
+        let reach = select(light.distance - offset_length(surface.position), FAR, light.distance < 0.0);
+        let ray = ray_from(surface.position, surface.geometric_normal, light.direction);
+        *rays += 1u;
+        let hit = trace(ray, reach, false);
+        var inside = 0.0;
+        var open = hit.distance == FAR;
+        if !open {
+            let entry = surface_at(hit, ray);
+            if entry.material == surface.material {
+                inside = hit.distance;
+                *rays += 1u;
+                open = is_open(ray_from(entry.position, entry.geometric_normal, light.direction), reach - inside);
+            }
+        }
+        if open {
+            sum += light.irradiance * cosine * exp(-material.absorption * inside);
+        }
+    }
+    return material.translucency / PI * (sum * job.radiance_scale);
+}
+
 /// The direction that lies `radius` beside `normal` and `height` along it, turned around it by `angle`.
 fn direction_around(normal: vec3f, radius: f32, height: f32, angle: f32) -> vec3f {
     // Branchless orthonormal basis (Duff et al. 2017).
@@ -237,6 +278,9 @@ fn primary(
         result.albedo = surface.albedo;
         result.direct = direct_radiance(surface, &rays);
         result.material = surface.material;
+        if TRANSLUCENT {
+            result.transmitted = transmitted_radiance(surface, &rays);
+        }
     }
     if hit.distance == FAR {
         result.direct = sky(direction);

@@ -21,6 +21,8 @@ pub(super) struct Gather<'a> {
     pub(super) voxels: Option<&'a Voxels>,
     /// Materials of the pixels, where the light is glossy.
     pub(super) material: Option<ResourceId>,
+    /// Distance beyond which the first bounce comes from the lights' views, scene units.
+    pub(super) border: Option<f32>,
 }
 
 /// What a gather finds.
@@ -127,7 +129,8 @@ impl Gather<'_> {
         let voxels = self.voxels.filter(|_| tested).map(|voxels| voxels.level(k));
         let material =
             self.material.map(|material| (material, plan.scene_buffer("scene.materials", "glossy materials")));
-        let features = [("visibility", voxels.is_some()), ("glossy", material.is_some())];
+        let border = self.border.filter(|_| light == Light::Bounce(1));
+        let features = [("visibility", voxels.is_some()), ("glossy", material.is_some()), ("near", border.is_some())];
         let mut pass = plan
             .pass(Part::Technique, light.pass_name(&format!("gather_{k}")), variant("hierarchical/gather", &features))
             .constants(&parameters.constants())
@@ -141,6 +144,9 @@ impl Gather<'_> {
             .bind("surfels", surfels)
             .bind("gathered", gathered)
             .because(format!("ring of {inner:.1} to {outer:.1} texels of {0}x{0} pixels", level.scale));
+        if let Some(border) = border {
+            pass = pass.param("border", border);
+        }
         if let Some(LevelVoxels { voxels, depth_range }) = voxels {
             pass = pass.bind("voxels", voxels).bind("depth_range", depth_range);
         }

@@ -1,0 +1,68 @@
+// One level of the pyramid over the lights' views from the four children of each texel. One child stands for all four, drawn
+// in proportion to the power that it sends and with its light divided by how often it is drawn: the mean over frames is what
+// the children send, from where they are and where they face. Nothing is averaged across an edge.
+import package::common::math::random3;
+import package::common::view::View;
+import package::light_views::light_pyramid::{level_start, unpack_texel, largest};
+import package::light_views::light_surface::pack_light;
+
+struct Params {
+    // Texels along a side of a view at the finest level, number of views, and this level.
+    size: u32,
+    views: u32,
+    level: u32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var<storage, read_write> light_pyramid: array<vec4u>;
+
+// Stream of random numbers: this and the level.
+const STREAM: u32 = 6144u;
+
+@compute @workgroup_size(8, 8)
+fn reduce(@builtin(global_invocation_id) id: vec3u) {
+    let width = params.size >> params.level;
+    // Views stand one below another.
+    if id.x >= width || id.y >= width * params.views {
+        return;
+    }
+    let finer = level_start(params.level - 1u, params.size, params.views);
+    let own_start = level_start(params.level, params.size, params.views);
+    let random = random3(id.xy, view.frame, STREAM + params.level, view.seed).x;
+    // Areas and powers of the four, and the one that is drawn.
+    var area = 0.0;
+    var power = 0.0;
+    var drawn = 0u;
+    var drawn_power = 0.0;
+    var choice = random;
+    for (var i = 0u; i < 4u; i++) {
+        let child = finer + (id.y * 2u + (i >> 1u)) * width * 2u + id.x * 2u + (i & 1u);
+        let surface = unpack_texel(light_pyramid[2u * child], light_pyramid[2u * child + 1u]);
+        // Bounded, so that four of them stay inside float32.
+        let own = min(surface.area * largest(surface.radiance), 1e37);
+        if own > 0.0 {
+            area += surface.area;
+            power += own;
+            // One number serves all choices: what is left of it after each one is as random as before.
+            let threshold = choice * power;
+            let pick = threshold < own;
+            choice = select((threshold - own) / max(power - own, 1e-36), threshold / own, pick);
+            choice = min(choice, 0.99999994);
+            drawn = select(drawn, child, pick);
+            drawn_power = select(drawn_power, own, pick);
+        }
+    }
+    let index = 2u * (own_start + id.y * width + id.x);
+    if !(drawn_power > 0.0) {
+        light_pyramid[index] = vec4u(0u);
+        light_pyramid[index + 1u] = vec4u(0u);
+        return;
+    }
+    let place = light_pyramid[2u * drawn];
+    let surface = unpack_texel(place, light_pyramid[2u * drawn + 1u]);
+    // Its own power, times how seldom it is drawn, over the area of all that it stands for.
+    let radiance = surface.radiance * ((surface.area / area) * (power / drawn_power));
+    light_pyramid[index] = place;
+    light_pyramid[index + 1u] = pack_light(area, surface.normal, radiance);
+}

@@ -1,11 +1,12 @@
 //! The visibility bitmask beside the methods that it is compared with: what they cost, and what they show.
 //!
 //!     cargo run --release -p halflight-tests --example bitmask -- cost
+//!     cargo run --release -p halflight-tests --example bitmask -- tables --scene scenes/atrium.toml --size 1920x1080
 //!     cargo run --release -p halflight-tests --example bitmask -- occlusion --scene scenes/bars.toml
 //!     cargo run --release -p halflight-tests --example bitmask -- light --scene scenes/cornell.toml
 //!
-//! What is compared alternates frame by frame within one run, and ratios are taken between neighbours in time: other work
-//! on the machine slows both alike.
+//! What is compared alternates frame by frame within one run, and the least of some frames counts: other work on the
+//! machine slows all alike.
 
 use std::{path::PathBuf, process::ExitCode};
 
@@ -46,6 +47,8 @@ struct Args {
 enum What {
     /// Milliseconds by samples, sectors and resolution, beside gtao.
     Cost,
+    /// Tables 1 and 2 of the paper: ratios of the gather's cost beside the published ones.
+    Tables,
     /// Converged openness against traced openness, over thickness.
     Occlusion,
     /// Converged light against the path-traced first bounce and its part on the screen; noise of single frames.
@@ -61,6 +64,7 @@ fn main() -> ExitCode {
         println!("{}, {}x{}, {}", scene.name, args.size[0], args.size[1], device().info.name);
         match args.what {
             What::Cost => cost(&args, &session),
+            What::Tables => tables(&args, &session),
             What::Occlusion => occlusion(&args, &session),
             What::Light => light(&args, &session),
             What::Bounces => bounces(&args, &session),
@@ -78,8 +82,45 @@ fn main() -> ExitCode {
 /// A configuration: name in the table, technique, settings.
 type Row<'a> = (String, &'a str, Vec<(&'a str, &'a str)>);
 
-/// A configuration that is timed: name, frames, milliseconds of the gather, of all passes, and of a core's work on them.
-type Timed<'a> = (&'a str, Frames<'a>, Vec<f64>, Vec<f64>, Vec<f64>);
+/// A configuration's least milliseconds over some frames.
+struct Times {
+    gather: f64,
+    median_gather: f64,
+    all: f64,
+    /// A core's work on all passes, and the part of it that the gather has of their times (median).
+    work: f64,
+    work_of_gather: f64,
+}
+
+/// Times configurations frame by frame in turns.
+fn timed(args: &Args, session: &Session, configurations: &[Row]) -> Result<Vec<Times>, Error> {
+    let cores = std::thread::available_parallelism().map_or(1.0, |n| n.get() as f64);
+    let mut scene = session.scene_frames(&Default::default(), args.size)?;
+    scene.run(0)?;
+    let mut all: Vec<(Frames, Vec<[f64; 4]>)> = Vec::new();
+    for (_, technique, settings) in configurations {
+        let mut frames = session.technique_frames(&request(technique, settings, args.size), &scene)?;
+        frames.run(0)?;
+        all.push((frames, Vec::new()));
+    }
+    for frame in 0..args.frames {
+        for (frames, times) in &mut all {
+            let before = processor_ms();
+            let passes = frames.run(frame)?.passes;
+            let work = (processor_ms() - before) / cores;
+            let gather: f64 = passes.iter().filter(|pass| pass.name == "gather").map(|pass| pass.milliseconds).sum();
+            let whole: f64 = passes.iter().map(|pass| pass.milliseconds).sum();
+            times.push([gather, whole, gather / whole, work]);
+        }
+    }
+    let summary = |times: &[[f64; 4]]| {
+        let least = |i: usize| times.iter().map(|time| time[i]).fold(f64::INFINITY, f64::min);
+        let median = |i: usize| percentile(&mut times.iter().map(|time| time[i]).collect::<Vec<_>>(), 0.5);
+        let work = least(3);
+        Times { gather: least(0), median_gather: median(0), all: least(1), work, work_of_gather: work * median(2) }
+    };
+    Ok(all.iter().map(|(_, times)| summary(times)).collect())
+}
 
 /// Processor time of this program's threads so far, milliseconds, where Linux tells it: on a software adapter what the
 /// shaders took, however long they waited for a core.
@@ -113,43 +154,106 @@ fn cost(args: &Args, session: &Session) -> Result<(), Error> {
         ("radiometric, light, 24 steps".into(), "bitmask", [&light[..], &[("steps", "24")]].concat()),
         ("radiometric, light, 12, half".into(), "bitmask", [&light[..], &[("resolution", "half")]].concat()),
     ];
-    let mut scene = session.scene_frames(&Default::default(), args.size)?;
-    scene.run(0)?;
-    let mut all: Vec<Timed> = Vec::new();
-    for (name, technique, settings) in &configurations {
-        let mut frames = session.technique_frames(&request(technique, settings, args.size), &scene)?;
-        frames.run(0)?;
-        all.push((name, frames, Vec::new(), Vec::new(), Vec::new()));
-    }
-    for frame in 0..args.frames {
-        for (_, frames, gather, whole, processor) in &mut all {
-            let before = processor_ms();
-            let passes = frames.run(frame)?.passes;
-            processor.push(processor_ms() - before);
-            gather.push(passes.iter().filter(|p| p.name == "gather").map(|p| p.milliseconds).sum());
-            whole.push(passes.iter().map(|p| p.milliseconds).sum());
-        }
-    }
-    let cores = std::thread::available_parallelism().map_or(1.0, |n| n.get() as f64);
+    let times = timed(args, session, &configurations)?;
     println!(
-        "\n{:<42}{:>12}{:>12}{:>12}{:>12}{:>14}{:>16}{:>14}",
-        "", "gather, ms", "least, ms", "all, ms", "least, ms", "x first row", "of a core, ms", "x first row"
+        "\n{:<42}{:>12}{:>12}{:>12}{:>14}{:>14}{:>14}",
+        "", "gather, ms", "least, ms", "all, ms", "core: gather", "x first row", "core: all"
     );
-    let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
-    let first = [least(&all[0].2), least(&all[0].4)];
-    for (name, _, gather, whole, processor) in &all {
+    for ((name, ..), time) in configurations.iter().zip(&times) {
         println!(
-            "{name:<42}{:>12.1}{:>12.1}{:>12.1}{:>12.1}{:>14.2}{:>16.1}{:>14.2}",
-            percentile(&mut gather.clone(), 0.5),
-            least(gather),
-            percentile(&mut whole.clone(), 0.5),
-            least(whole),
-            least(gather) / first[0],
-            least(processor) / cores,
-            least(processor) / first[1],
+            "{name:<42}{:>12.1}{:>12.1}{:>12.1}{:>14.1}{:>14.2}{:>14.1}",
+            time.median_gather,
+            time.gather,
+            time.all,
+            time.work_of_gather,
+            time.work_of_gather / times[0].work_of_gather,
+            time.work,
         );
     }
-    println!("(ratios of the least; a core's work is all passes', shared out over {cores} cores)");
+    println!(
+        "(median gather; then the least of {} frames; core: processor time over the number of cores)",
+        args.frames
+    );
+    Ok(())
+}
+
+/// Radius, steps, and the published milliseconds of GTAO and bitmask.
+const TABLE_1: [(&str, &str, f64, f64); 5] = [
+    ("0.8", "8", 0.49, 0.51),
+    ("1", "12", 0.75, 0.77),
+    ("1", "16", 0.95, 0.97),
+    ("2", "16", 1.12, 1.13),
+    ("3", "16", 1.12, 1.13),
+];
+
+/// Name, steps, radius, spacing, resolution, published milliseconds of the sampling.
+const TABLE_2: [(&str, &str, &str, &str, &str, f64); 6] = [
+    ("a", "8", "1", "constant", "full", 0.9),
+    ("b", "8", "4", "constant", "full", 1.7),
+    ("c", "16", "4", "constant", "full", 2.3),
+    ("d", "16", "4", "exponential", "full", 2.6),
+    ("e", "32", "4", "exponential", "full", 4.0),
+    ("f", "16", "4", "exponential", "half", 0.97),
+];
+
+fn tables(args: &Args, session: &Session) -> Result<(), Error> {
+    let mut configurations: Vec<Row> = Vec::new();
+    for (radius, steps, ..) in TABLE_1 {
+        let common = [("radius", radius), ("steps", steps), ("spacing", "constant"), ("denoise", "0")];
+        let falls = [&common[..], &[("falloff", "0.6")]].concat();
+        let published = [&common[..], &[("finds", "occlusion"), ("estimator", "published")]].concat();
+        let radiometric = [&common[..], &[("finds", "occlusion")]].concat();
+        configurations.extend([
+            (String::new(), "gtao", falls),
+            (String::new(), "gtao", common.to_vec()),
+            (String::new(), "bitmask", published),
+            (String::new(), "bitmask", radiometric),
+        ]);
+    }
+    for estimator in ["published", "radiometric"] {
+        for (_, steps, radius, spacing, resolution, _) in TABLE_2 {
+            let settings = vec![
+                ("estimator", estimator),
+                ("thickness", "0.2"),
+                ("thickness_slope", "0"),
+                ("denoise", "0"),
+                ("steps", steps),
+                ("radius", radius),
+                ("spacing", spacing),
+                ("resolution", resolution),
+            ];
+            configurations.push((String::new(), "bitmask", settings));
+        }
+    }
+    let times = timed(args, session, &configurations)?;
+    let work: Vec<f64> = times.iter().map(|time| time.work_of_gather).collect();
+    println!(
+        "\nTable 1: cost over that of gtao\n\n\
+         | radius | steps | paper | published, falloff | radiometric | published, none | radiometric |"
+    );
+    println!("|---:|---:|---:|---:|---:|---:|---:|");
+    for ((radius, steps, gtao, bitmask), own) in TABLE_1.iter().zip(work.chunks(4)) {
+        println!(
+            "| {radius} | {steps} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
+            bitmask / gtao,
+            own[2] / own[0],
+            own[3] / own[0],
+            own[2] / own[1],
+            own[3] / own[1]
+        );
+    }
+    println!(
+        "\nTable 2: cost over that of a\n\n\
+         | | steps | radius | spacing | resolution | paper | published | radiometric |"
+    );
+    println!("|---|---:|---:|---|---|---:|---:|---:|");
+    let light = &work[4 * TABLE_1.len()..];
+    for (i, (name, steps, radius, spacing, resolution, ms)) in TABLE_2.iter().enumerate() {
+        let [paper, published, radiometric] =
+            [ms / TABLE_2[0].5, light[i] / light[0], light[i + TABLE_2.len()] / light[TABLE_2.len()]];
+        let set = [name, steps, radius, spacing, resolution].map(|word| *word).join(" | ");
+        println!("| {set} | {paper:.2} | {published:.2} | {radiometric:.2} |");
+    }
     Ok(())
 }
 

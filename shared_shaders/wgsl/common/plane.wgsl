@@ -46,8 +46,8 @@ fn plane_inverse_depth(words: vec4u) -> f32 {
 }
 
 fn plane_gradient(words: vec4u) -> vec2f {
-    // The bits of the radiance are worth 2^-17 of it, a thirtieth of what rounding the normals to float16 costs.
-    return bitcast<vec2f>(words.yz);
+    // Without the bits of the radiance: brighter light must not move surfaces, however little.
+    return bitcast<vec2f>(words.yz & vec2u(~LOW_BITS));
 }
 
 fn plane_radiance(words: vec4u) -> vec3f {

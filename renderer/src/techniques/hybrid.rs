@@ -101,6 +101,8 @@ parameters! {
         specular: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
         /// Most pixels of the screen, and texels of a light's view, between two steps of the march in the mirror direction: less finds thinner things, cost falls with it.
         specular_stride: f32 = 2.0, in 1.0..=64.0, unit "px", grid [1.0, 2.0, 4.0], role Uniform;
+        /// Whether directions are drawn from the whole lobe, which leaves noise for a filter over frames; off, as published, all materials show what a mirror would.
+        specular_lobe: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Override("LOBE");
         /// Openness that attenuates indirect light: off; screen, from what the camera sees; both, from what the lights see as well.
         ambient_occlusion: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
         /// Samples of the hemisphere in each view that openness is taken from.
@@ -201,6 +203,13 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     Ok(temporal_filter(plan, inputs, Some(light), parameters.temporal_a))
 }
 
+/// Values of the shaders' constants.
+fn constants(parameters: &Hybrid) -> Vec<(&'static str, f64)> {
+    let mut constants = parameters.constants();
+    constants.push(("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0))));
+    constants
+}
+
 /// Nearby light from the screen and light from chosen lights.
 struct Gather<'a> {
     parameters: &'a Hybrid,
@@ -240,11 +249,9 @@ impl<'a> Gather<'a> {
             ("visibility", voxels.is_some()),
         ];
         let stride = lights.as_ref().map_or(1, |lights| (lights.count / parameters.light_samples).max(1));
-        let mut constants = parameters.constants();
-        constants.push(("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0))));
         let mut pass = plan
             .pass(Part::Technique, name, variant("hybrid/gather", &[&own, features].concat()))
-            .constants(&constants)
+            .constants(&constants(parameters))
             .param("scale", level.scale as f32)
             .param("radius", *radius)
             .param("virtual_lights", lights.as_ref().map_or(0, |lights| lights.count))

@@ -4,6 +4,7 @@ import package::common::form_factor::MIN_COS_BETA;
 import package::common::scene::Material;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position, pixel_of};
 import package::hybrid::mirror_map::{NOTHING, pack_pixel};
+import package::hybrid::reflected::reflected;
 
 struct Params {
     // Most pixels between two steps.
@@ -17,6 +18,11 @@ struct Params {
 @group(0) @binding(4) var material: texture_2d<u32>;
 @group(0) @binding(5) var<storage, read> materials: array<Material>;
 @group(0) @binding(6) var mirror_map: texture_storage_2d<r32uint, write>;
+
+// Whether directions are drawn from the lobe instead of being its middle.
+override LOBE: bool = false;
+// Whether a filter averages successive frames, which then share out the directions between them.
+override OVER_FRAMES: bool = false;
 
 /// Steps between two of the march that are halved to find where the ray crosses a surface: a stride of 64 pixels
 /// becomes one.
@@ -105,7 +111,8 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
         let n = normalize(textureLoad(normal, id.xy, 0).xyz);
         let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
         let pixel_width = 2.0 * view.tan_half_fov.y / view.display_size.y * d;
-        let mirror = reflect(normalize(position), n);
+        let exponent = materials[textureLoad(material, id.xy, 0).x].phong_exponent;
+        let mirror = reflected(position, n, exponent, LOBE, id.xy, view.frame, view.seed, OVER_FRAMES);
         if dot(mirror, n) > 0.0 {
             found = march(position + START * pixel_width * n, mirror);
         }

@@ -6,6 +6,7 @@
 import package::common::scene::Material;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::hybrid::mirror_map::{NOTHING, unpack_pixel};
+import package::hybrid::reflected::reflected;
 @if(lights) import package::light_views::light_surface::{LightSurface, unpack_light};
 @if(lights) import package::light_views::projection::{source_of, light_ray, area_across};
 
@@ -30,6 +31,11 @@ struct Params {
 @group(0) @binding(8) var specular: texture_storage_2d<rgba32float, write>;
 @if(lights) @group(0) @binding(9) var place: texture_2d<f32>;
 @if(lights) @group(0) @binding(10) var light: texture_2d<u32>;
+
+// Whether directions are drawn from the lobe instead of being its middle.
+override LOBE: bool = false;
+// Whether a filter averages successive frames, which then share out the directions between them.
+override OVER_FRAMES: bool = false;
 
 /// Steps of the march are halved to find where the ray crosses a surface.
 @if(lights) const HALVINGS: u32 = 6u;
@@ -153,7 +159,7 @@ fn show(@builtin(global_invocation_id) id: vec3u) {
     if d > SKY_DEPTH && any(own.specular > vec3f(0.0)) {
         let n = normalize(textureLoad(normal, id.xy, 0).xyz);
         let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
-        let mirror = reflect(normalize(position), n);
+        let mirror = reflected(position, n, own.phong_exponent, LOBE, id.xy, view.frame, view.seed, OVER_FRAMES);
         let cosine = dot(mirror, n);
         // The modified Phong lobe of hierarchical/lobe.wgsl, of which light in the mirror direction is all that
         // arrives.

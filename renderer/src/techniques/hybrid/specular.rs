@@ -4,7 +4,7 @@
 use glam::Vec3;
 use wgpu::TextureFormat as Format;
 
-use super::{Hybrid, Views};
+use super::{Hybrid, Views, constants};
 use crate::{
     frame::variant,
     light_views::LightMaps,
@@ -19,6 +19,7 @@ pub(super) struct Specular<'a> {
     material: ResourceId,
     materials: ResourceId,
     mirror_map: ResourceId,
+    constants: Vec<(&'static str, f64)>,
     stride: f32,
     reach: f32,
     shown: Vec<ResourceId>,
@@ -34,6 +35,7 @@ impl<'a> Specular<'a> {
         let size = plan.display_size;
         let mirror_map = plan.texture("mirror_map", size, Format::R32Uint, "pixels that mirror directions meet");
         plan.pass(Part::Technique, "mirror_map", "hybrid/mirror")
+            .constants(&constants(parameters))
             .param("stride", parameters.specular_stride)
             .bind("depth", inputs.depth)
             .bind("normal", inputs.normal)
@@ -53,6 +55,7 @@ impl<'a> Specular<'a> {
             material,
             materials,
             mirror_map,
+            constants: constants(parameters),
             stride: parameters.specular_stride,
             reach,
             shown,
@@ -82,6 +85,7 @@ impl<'a> Specular<'a> {
         let size = plan.display_size;
         let mut pass = plan
             .pass(Part::Technique, name, shader)
+            .constants(&self.constants)
             .bind("depth", self.inputs.depth)
             .bind("normal", self.inputs.normal)
             .bind("material", self.material)

@@ -2,7 +2,7 @@
 // Hybrid diffuse light (Lambru et al., section 3.1): with `near`, from what the camera sees within a radius (SSDO);
 // with `far`, from what the lights see beyond it (RSM). The two domains share no pair of points, so they add up.
 import package::common::form_factor::MIN_COS_BETA;
-import package::common::math::{PI, spread2};
+import package::common::math::{LARGEST_RADIANCE, PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};
 import package::common::view::{View, SKY_DEPTH};
 import package::light_views::light_surface::LightSurface;
@@ -168,5 +168,6 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         @if(near) { sum += light_from_near(position, normal, depth, id.xy); }
         @if(far) { sum += light_from_far(position, normal, id.xy); }
     }
-    textureStore(gathered, id.xy, vec4f(sum, 1.0));
+    // The largest radiance times the lights that one stands for stays a number.
+    textureStore(gathered, id.xy, vec4f(min(sum, vec3f(LARGEST_RADIANCE)), 1.0));
 }

@@ -5,7 +5,10 @@ use halflight_renderer::{
     techniques::Technique,
 };
 
-use super::chain::{Link, Moments};
+use super::{
+    EVERYWHERE,
+    chain::{Link, Moments},
+};
 
 /// What the largest part of the error is, whether more samples can help, and what to try.
 pub fn advice(technique: &Technique, settings: &Settings, links: &[Link], moments: &Moments) -> String {
@@ -46,6 +49,11 @@ pub fn advice(technique: &Technique, settings: &Settings, links: &[Link], moment
             Some(_) => "its own test leaves this: try a finer start_resolution".to_owned(),
             None => "no setting of it tests what stands between a surface and its source".to_owned(),
         },
+        EVERYWHERE => {
+            let options = ["voxel_resolution", "light_view_size"].into_iter().filter(|name| has(name).is_some());
+            let options: Vec<_> = options.chain(has("start_resolution").map(|_| "start_resolution")).collect();
+            format!("try a finer {}", options.join(", "))
+        }
         _ => "no method that reads one screen can add it: show more of the scene, or use one that has other views"
             .to_owned(),
     };

@@ -8,6 +8,10 @@
 //! on-screen truth     ->  truth of one bounce         off-screen and hidden light
 //! ```
 //!
+//! A technique that also knows what the lights see has no such stations on its way: the exhaustive sum knows less than it. For
+//! such a one the last three links are one, from the converged image to the truth of one bounce, to be held against the
+//! last link of a technique that knows the screen alone.
+//!
 //! All of it on the linear image of `albedo * indirect`. Where the technique tests visibility itself, its link to the
 //! exhaustive sum is taken with visibility off, and what its own test changes counts to the visibility link.
 
@@ -16,6 +20,7 @@ use std::path::Path;
 use halflight_native::{NativeGpu, cache::Cache, images::Rgb, truth::TruthSource};
 use halflight_renderer::{
     parameters::{Settings, Value},
+    plan_technique_of_scene,
     techniques::{Technique, technique},
     truth::{Estimate, Request as TruthRequest, Stop},
 };
@@ -60,6 +65,9 @@ pub struct Options {
 /// Groups of independent estimates: enough for a standard error (known to a quarter of itself), few enough that each
 /// holds several frames.
 const GROUPS: u32 = 8;
+
+/// The last link of a technique that also knows what the lights see.
+const EVERYWHERE: &str = "light on and off the screen";
 
 /// Where an error comes from.
 pub struct Explanation {
@@ -121,12 +129,18 @@ impl Explanation {
         }
         let converged = run.converged(&options.settings)?;
         push(&mut states, "noise", converged);
-        let visible = without_visibility(options.technique, &options.settings);
+        let plan = plan_technique_of_scene(&session.facts, options.technique, &options.settings, options.size);
+        let other_views = plan.map_err(bad)?.passes.iter().any(|pass| pass.shader.starts_with("light_views/"));
+        let visible = without_visibility(options.technique, &options.settings).filter(|_| !other_views);
         let open = visible.as_ref().map(|settings| run.converged(settings)).transpose()?;
-        let exhaustive = State::Exact(run.image(technique("exhaustive").map_err(bad)?, &Settings::new(), false, 0)?);
-        push(&mut states, "estimator and hierarchy", exhaustive);
-        push(&mut states, "missing visibility", State::Groups(traced.on_screen));
-        push(&mut states, "off-screen and hidden light", State::Groups(traced.truth.clone()));
+        if other_views {
+            push(&mut states, EVERYWHERE, State::Groups(traced.truth.clone()));
+        } else {
+            let exhaustive = run.image(technique("exhaustive").map_err(bad)?, &Settings::new(), false, 0)?;
+            push(&mut states, "estimator and hierarchy", State::Exact(exhaustive));
+            push(&mut states, "missing visibility", State::Groups(traced.on_screen));
+            push(&mut states, "off-screen and hidden light", State::Groups(traced.truth.clone()));
+        }
         if let Some(open) = open {
             // From the technique's own visibility to none belongs to the visibility link.
             states.push(open);

@@ -4,7 +4,7 @@
 // With `recompute`, for those pixels of the display of whose surface the coarse texels know too little (Dachsbacher &
 // Stamminger 2005, section 4.3); the others keep what was interpolated.
 import package::common::form_factor::MIN_COS_BETA;
-import package::common::math::{PI, spread2};
+import package::common::math::{LARGEST_RADIANCE, PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};
 import package::common::view::{View, SKY_DEPTH};
 @if(recompute) import package::common::view::{uv_of_texel, view_position};
@@ -187,7 +187,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
         sum = light_at(position, surfel_normal(own), id.xy);
     }
-    textureStore(gathered, id.xy, vec4f(sum, 1.0));
+    // The largest radiance times the lights that one stands for stays a number.
+    textureStore(gathered, id.xy, vec4f(min(sum, vec3f(LARGEST_RADIANCE)), 1.0));
 }
 
 @if(recompute)

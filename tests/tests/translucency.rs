@@ -111,7 +111,7 @@ fn a_translucent_material_adds_exactly_its_own() {
     let (without, with) = (plan(&opaque, "hybrid", &[]), plan(&wax, "hybrid", &[]));
     assert_eq!(added(names(&without), names(&with)), ["translucency_0"]);
     assert_eq!(added(resources(&without), resources(&with)), ["material", "transmitted_0"]);
-    assert!(without.outputs.get("transmitted").is_none());
+    assert!(!without.outputs.contains_key("transmitted"));
     let composite = |plan: &FramePlan| plan.find("composite").unwrap().shader.clone();
     assert_eq!(composite(&with), format!("{}+transmitted", composite(&without)));
     // Nobody asks: nothing is planned.

@@ -200,8 +200,9 @@ impl Known {
                 [r, g, b, f32::from(u8::from(mask[i]))]
             }),
             picture: texture(&|i| {
-                let (direct, light) = (truth.direct[i], reflected[i]);
-                [direct[0] + light[0], direct[1] + light[1], direct[2] + light[2], 1.0]
+                let (direct, passed, light) = (truth.direct[i], truth.transmitted[i], reflected[i]);
+                let [r, g, b] = std::array::from_fn(|c| direct[c] + passed[c] + light[c]);
+                [r, g, b, 1.0]
             }),
             relative_floor: floor as f32,
         };

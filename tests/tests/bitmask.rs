@@ -4,43 +4,19 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
-use halflight_evaluator::session::{Frames, Session};
+use halflight_evaluator::{
+    session::{Frames, Session},
+    stability::corner::{corner, seen_of_the_other},
+};
 use halflight_native::{images::Rgb, truth::TruthSource};
 use halflight_renderer::truth::{Request as TruthRequest, Stop, Truth};
-use halflight_scenes::{Environment, Light, Mesh, Scene};
+use halflight_scenes::{Environment, Mesh, Scene};
 use halflight_tests::{
     bitmask::Gather,
     bundled, device, frames, mean_luminance,
     oracle::{GBuffer, Pixel},
     request, scenes,
 };
-
-/// A floor of 4 x 2 and a wall of 4 x 2 that meet at z = 0, both in view as a whole, under a sun that lights the floor alone.
-fn corner() -> Scene {
-    let (x, y, z) = (Vec3::X, Vec3::Y, Vec3::Z);
-    let mut scene = Scene {
-        name: "corner".into(),
-        meshes: vec![
-            scenes::quad(Vec3::new(-2.0, 0.0, 2.0), 4.0 * x, -2.0 * z, 0),
-            scenes::quad(Vec3::new(-2.0, 0.0, 0.0), 4.0 * x, 2.0 * y, 0),
-        ],
-        materials: vec![scenes::grey(0.8)],
-        lights: vec![Light::Directional { direction: [0.0, -1.0, 0.0], irradiance: [PI as f32 / 0.8; 3] }],
-        ..Scene::default()
-    };
-    scene.camera = scenes::camera([0.0, 2.6, 4.4], [0.0, 0.7, 0.75], 55.0);
-    scene
-}
-
-/// Form factor from a small surface at `distance` from the edge to a perpendicular rectangle that is `height` high and
-/// reaches from `left` to `right` along the edge (Howell, catalogue of configuration factors, C-17).
-fn perpendicular_rectangle(distance: f64, height: f64, left: f64, right: f64) -> f64 {
-    let side = |width: f64| {
-        let slant = distance.hypot(height);
-        (width / distance).atan() - distance / slant * (width / slant).atan()
-    };
-    (side(right) - side(left)) / (2.0 * PI)
-}
 
 /// What each pixel shows, in world space.
 fn world(frames: &Frames) -> Vec<Option<(DVec3, DVec3)>> {
@@ -82,10 +58,7 @@ fn radiometric_finds_openness_and_light_of_a_corner() {
     let mut shown = frames(&session, &request("none", &[], size));
     shown.run(0).unwrap();
     // The other plane as each point sees it. Points under the width of a pixel from the edge see it through one texel.
-    let factor = |(p, n): (DVec3, DVec3)| {
-        let distance = if n.y > 0.5 { p.z } else { p.y };
-        perpendicular_rectangle(distance.max(1e-6), 2.0, -2.0 - p.x, 2.0 - p.x)
-    };
+    let factor = |(p, n): (DVec3, DVec3)| seen_of_the_other(p, n);
     let world = world(&shown);
     let open: Vec<_> = world.iter().map(|place| place.map(|place| 1.0 - factor(place))).collect();
     // The floor sends 1; the wall alone receives it.
@@ -386,8 +359,7 @@ fn the_environment_lights_what_is_open() {
         .iter()
         .map(|place| {
             let (p, n) = (*place)?;
-            let distance = if n.y > 0.5 { p.z } else { p.y };
-            Some(1.0 - perpendicular_rectangle(distance.max(1e-6), 2.0, -2.0 - p.x, 2.0 - p.x))
+            Some(1.0 - seen_of_the_other(p, n))
         })
         .collect();
     let ray = TruthRequest { bounces: 1, ..TruthRequest::new(scene.camera, size) };

@@ -41,7 +41,7 @@ pub fn corner() -> Scene {
 
 /// Form factor from a small surface at `distance` from the edge to a perpendicular rectangle that is `height` high and
 /// reaches from `left` to `right` along the edge (Howell, catalogue of configuration factors, C-17).
-pub fn perpendicular_rectangle(distance: f64, height: f64, left: f64, right: f64) -> f64 {
+fn perpendicular_rectangle(distance: f64, height: f64, left: f64, right: f64) -> f64 {
     let side = |width: f64| {
         let slant = distance.hypot(height);
         (width / distance).atan() - distance / slant * (width / slant).atan()

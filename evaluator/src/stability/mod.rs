@@ -134,6 +134,28 @@ const EXPLAINED: &[Explained] = &[
                 size that fits",
     },
     Explained {
+        row: "",
+        technique: "hybrid",
+        measure: "mean of indirect light over the most that sources can send",
+        settings: &["weighting=published"],
+        cause: "Equation 3 as printed has the unit of one over an area: its mean may be any times what sources send, and \
+                the intensity is the user's",
+    },
+    Explained {
+        row: "world units",
+        technique: "hybrid",
+        measure: "relative change of the mean",
+        settings: &["radius="],
+        cause: "a radius that is set is a length of the scene, and stays when the scene's units change",
+    },
+    Explained {
+        row: "world units",
+        technique: "ssdo",
+        measure: "relative change of the mean",
+        settings: &["radius="],
+        cause: "a radius that is set is a length of the scene, and stays when the scene's units change",
+    },
+    Explained {
         row: "what was hidden in the frame before",
         technique: "bitmask",
         measure: "uncovered pixels with light of the frame before",

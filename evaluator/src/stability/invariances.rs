@@ -219,20 +219,28 @@ fn brightness(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> 
     Ok(vec![subject.check.clone().bounded("largest difference, radiance", worst, bound, reason)])
 }
 
-/// The settings in units that are `factor` times smaller, where their ranges reach that far: lengths grow with the scene.
+/// The settings in units that are `factor` times smaller, where their ranges reach that far: lengths grow with the scene,
+/// areas with their square, those that are left at their defaults, too.
 fn in_units(subject: Subject, factor: f32) -> Option<Settings> {
-    let lengths: Vec<_> = (subject.technique.parameters)().into_iter().filter(|p| p.unit == "scene units").collect();
-    let scaled = |(key, value): (&String, &Value)| {
-        let value = match (lengths.iter().find(|p| p.key() == *key).map(|p| &p.kind), value) {
-            (Some(&Kind::Float(low, high)), Value::Float(length)) => {
-                let length = length * f64::from(factor);
-                (low..=high).contains(&length).then_some(Value::Float(length))?
-            }
-            _ => value.clone(),
+    let mut settings = subject.settings.clone();
+    for parameter in (subject.technique.parameters)() {
+        let factor = match parameter.unit {
+            "scene units" => f64::from(factor),
+            "scene units squared" => f64::from(factor).powi(2),
+            _ => continue,
         };
-        Some((key.clone(), value))
-    };
-    subject.settings.iter().map(scaled).collect()
+        let (Kind::Float(low, high), Value::Float(value)) =
+            (&parameter.kind, settings.get(&parameter.key()).unwrap_or(&parameter.default))
+        else {
+            continue;
+        };
+        let scaled = value * factor;
+        if scaled != *value {
+            (*low..=*high).contains(&scaled).then_some(())?;
+            settings.insert(parameter.key(), Value::Float(scaled));
+        }
+    }
+    Some(settings)
 }
 
 fn units(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {

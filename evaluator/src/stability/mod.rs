@@ -152,6 +152,14 @@ const EXPLAINED: &[Explained] = &[
                 sentence with the size that fits",
     },
     Explained {
+        row: "",
+        technique: "hybrid",
+        measure: "mean of indirect light over the most that sources can send",
+        settings: &["weighting=published"],
+        cause: "Equation 3 as printed has the unit of one over an area: its mean may be any times what sources send, and \
+                the intensity is the user's",
+    },
+    Explained {
         row: "what was hidden in the frame before",
         technique: "bitmask",
         measure: "uncovered pixels with light of the frame before",

@@ -1,5 +1,7 @@
 //! Runs a grid: every cell is timed and held against truth, and each finished cell is kept at once.
 
+mod frames;
+
 use std::{
     collections::{BTreeMap, btree_map::Entry},
     fs,
@@ -14,7 +16,6 @@ use halflight_native::{
 use halflight_renderer::{
     SceneFacts,
     parameters::Settings,
-    plan::Part,
     plan_technique_of_scene,
     scan::Scanned,
     techniques::parameters_of,
@@ -23,10 +24,11 @@ use halflight_renderer::{
 use halflight_scenes::{Scene, SceneNeeds};
 use serde_json::{Map, Value};
 
+use self::frames::{Noise, OcclusionTruth, Shown, modulate, occlusion_truth, time_frames};
 use crate::{
     Error,
     grid::{Cell, Grid},
-    measurement::{Errors, Measurement, Timing},
+    measurement::{Errors, Measurement},
     metrics::{DisplayPair, display_errors, linear_errors},
     progress::Progress,
     report::{Pictures, Report},
@@ -434,133 +436,6 @@ impl<'a> Runner<'a> {
     }
 }
 
-/// The path tracer's openness.
-#[derive(Clone)]
-struct OcclusionTruth {
-    radius: f32,
-    mean: Vec<f32>,
-    rel_error: f64,
-}
-
-/// Openness within a radius: as precise as the grid's truth, traced once for all cells that ask for it.
-fn occlusion_truth(
-    native: &NativeGpu,
-    scene: &Scene,
-    grid: &Grid,
-    size: [u32; 2],
-    radius: f32,
-    known: &mut Vec<OcclusionTruth>,
-) -> Result<OcclusionTruth, Error> {
-    if let Some(truth) = known.iter().find(|truth| truth.radius == radius) {
-        return Ok(truth.clone());
-    }
-    let request =
-        TruthRequest { ambient_occlusion: Some(radius), seed: grid.seed, ..TruthRequest::new(scene.camera, size) };
-    let stop = Stop { samples_per_pixel: grid.truth_samples, rel_error: Some(grid.truth_rel_error), error_block: 8 };
-    let traced = truth::trace(native, scene, &request, stop)?;
-    let mean = traced.truth.ambient_occlusion.map(|estimate| estimate.mean).unwrap_or_default();
-    let truth = OcclusionTruth { radius, mean, rel_error: traced.rel_error };
-    known.push(truth.clone());
-    Ok(truth)
-}
-
-/// What a frame shows: final radiance, `albedo * indirect`, `indirect` itself, and openness where the technique finds it.
-struct Shown {
-    image: Vec<Rgb>,
-    indirect: Vec<Rgb>,
-    incident: Vec<Rgb>,
-    open: Option<Vec<Rgb>>,
-    /// Whether there is light beside openness.
-    lit: bool,
-}
-
-impl Shown {
-    fn read(frames: &Frames) -> Result<Self, Error> {
-        let output = |name| frames.read_rgb(name);
-        let missing = || Error::Failed("the plan has no final image".into());
-        let image = output("final")?.ok_or_else(missing)?;
-        let black = || vec![[0.0; 3]; image.len()];
-        let found = output("indirect")?;
-        let lit = found.is_some();
-        let incident = found.unwrap_or_else(black);
-        let indirect = output("albedo")?.map_or_else(black, |albedo| modulate(&albedo, &incident));
-        let open = output("ambient_occlusion")?.map(|open| open.iter().map(|v| [v[0]; 3]).collect());
-        Ok(Self { image, indirect, incident, open, lit })
-    }
-
-    /// What errors and noise are those of.
-    fn measured(&self) -> &[Rgb] {
-        self.open.as_ref().filter(|_| !self.lit).unwrap_or(&self.indirect)
-    }
-}
-
-/// Deviation over frames under a still camera.
-#[derive(Default)]
-struct Noise {
-    count: f64,
-    sums: Vec<f64>,
-    squares: f64,
-}
-
-impl Noise {
-    fn add(&mut self, image: &[Rgb]) {
-        self.count += 1.0;
-        self.sums.resize(3 * image.len(), 0.0);
-        for (sum, &v) in self.sums.iter_mut().zip(image.iter().flatten()) {
-            *sum += f64::from(v);
-            self.squares += f64::from(v) * f64::from(v);
-        }
-    }
-
-    /// Standard deviation of one frame, root mean square over pixels and channels; `None` from one frame.
-    fn deviation(&self) -> Option<f64> {
-        let of_means: f64 = self.sums.iter().map(|sum| sum * sum / self.count).sum();
-        let freedom = (self.count - 1.0) * self.sums.len() as f64;
-        (freedom > 0.0).then(|| ((self.squares - of_means).max(0.0) / freedom).sqrt())
-    }
-}
-
-struct Times {
-    /// Passes of the technique; `None` where it has none.
-    technique: Option<Timing>,
-    total: Timing,
-    /// Median of each pass.
-    passes: Vec<(String, f64)>,
-}
-
-/// Runs a warm-up frame, then `count` frames; `after` sees each timed one.
-fn time_frames(
-    frames: &mut Frames,
-    count: u32,
-    mut after: impl FnMut(&Frames, u32) -> Result<(), Error>,
-) -> Result<Times, Error> {
-    frames.run(0)?;
-    let mut totals = Vec::new();
-    let mut techniques = Vec::new();
-    let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
-    for frame in 0..count {
-        let time = frames.run(frame)?;
-        let sum = |wanted: &dyn Fn(Part) -> bool| -> f64 {
-            time.passes.iter().filter(|pass| wanted(pass.part)).map(|pass| pass.milliseconds).sum()
-        };
-        totals.push(sum(&|_| true));
-        techniques.push(sum(&|part| part == Part::Technique));
-        passes.resize_with(time.passes.len(), Default::default);
-        for (slot, pass) in passes.iter_mut().zip(&time.passes) {
-            slot.0.clone_from(&pass.name);
-            slot.1.push(pass.milliseconds);
-        }
-        after(frames, frame)?;
-    }
-    let has_technique = frames.plan().passes.iter().any(|pass| pass.part == Part::Technique);
-    Ok(Times {
-        technique: Timing::of(&techniques).filter(|_| has_technique),
-        total: Timing::of(&totals)
-            .ok_or_else(|| Error::Failed("no frame was timed: set frames to at least 1".into()))?,
-        passes: passes.into_iter().filter_map(|(name, times)| Timing::of(&times).map(|t| (name, t.median))).collect(),
-    })
-}
-
 /// Fails where a texture or buffer of a plan holds NaN or infinity. The device looks through them.
 ///
 /// # Errors
@@ -577,10 +452,6 @@ pub fn check_textures(all: &[&Frames]) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-fn modulate(albedo: &[Rgb], light: &[Rgb]) -> Vec<Rgb> {
-    albedo.iter().zip(light).map(|(a, l)| std::array::from_fn(|c| a[c] * l[c])).collect()
 }
 
 fn settings_text(settings: &Settings) -> String {

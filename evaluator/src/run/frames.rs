@@ -1,0 +1,141 @@
+//! What the frames of a cell show, how much they differ, and how long they take.
+
+use halflight_native::{NativeGpu, images::Rgb};
+use halflight_renderer::{
+    plan::Part,
+    truth::{Request as TruthRequest, Stop},
+};
+use halflight_scenes::Scene;
+
+use crate::{Error, grid::Grid, measurement::Timing, session::Frames, truth};
+
+/// The path tracer's openness.
+#[derive(Clone)]
+pub(super) struct OcclusionTruth {
+    pub(super) radius: f32,
+    pub(super) mean: Vec<f32>,
+    pub(super) rel_error: f64,
+}
+
+/// Openness within a radius: as precise as the grid's truth, traced once for all cells that ask for it.
+pub(super) fn occlusion_truth(
+    native: &NativeGpu,
+    scene: &Scene,
+    grid: &Grid,
+    size: [u32; 2],
+    radius: f32,
+    known: &mut Vec<OcclusionTruth>,
+) -> Result<OcclusionTruth, Error> {
+    if let Some(truth) = known.iter().find(|truth| truth.radius == radius) {
+        return Ok(truth.clone());
+    }
+    let request =
+        TruthRequest { ambient_occlusion: Some(radius), seed: grid.seed, ..TruthRequest::new(scene.camera, size) };
+    let stop = Stop { samples_per_pixel: grid.truth_samples, rel_error: Some(grid.truth_rel_error), error_block: 8 };
+    let traced = truth::trace(native, scene, &request, stop)?;
+    let mean = traced.truth.ambient_occlusion.map(|estimate| estimate.mean).unwrap_or_default();
+    let truth = OcclusionTruth { radius, mean, rel_error: traced.rel_error };
+    known.push(truth.clone());
+    Ok(truth)
+}
+
+/// What a frame shows: final radiance, `albedo * indirect`, `indirect` itself, and openness where the technique finds it.
+pub(super) struct Shown {
+    pub(super) image: Vec<Rgb>,
+    pub(super) indirect: Vec<Rgb>,
+    pub(super) incident: Vec<Rgb>,
+    pub(super) open: Option<Vec<Rgb>>,
+    /// Whether there is light beside openness.
+    pub(super) lit: bool,
+}
+
+impl Shown {
+    pub(super) fn read(frames: &Frames) -> Result<Self, Error> {
+        let output = |name| frames.read_rgb(name);
+        let missing = || Error::Failed("the plan has no final image".into());
+        let image = output("final")?.ok_or_else(missing)?;
+        let black = || vec![[0.0; 3]; image.len()];
+        let found = output("indirect")?;
+        let lit = found.is_some();
+        let incident = found.unwrap_or_else(black);
+        let indirect = output("albedo")?.map_or_else(black, |albedo| modulate(&albedo, &incident));
+        let open = output("ambient_occlusion")?.map(|open| open.iter().map(|v| [v[0]; 3]).collect());
+        Ok(Self { image, indirect, incident, open, lit })
+    }
+
+    /// What errors and noise are those of.
+    pub(super) fn measured(&self) -> &[Rgb] {
+        self.open.as_ref().filter(|_| !self.lit).unwrap_or(&self.indirect)
+    }
+}
+
+/// Deviation over frames under a still camera.
+#[derive(Default)]
+pub(super) struct Noise {
+    count: f64,
+    sums: Vec<f64>,
+    squares: f64,
+}
+
+impl Noise {
+    pub(super) fn add(&mut self, image: &[Rgb]) {
+        self.count += 1.0;
+        self.sums.resize(3 * image.len(), 0.0);
+        for (sum, &v) in self.sums.iter_mut().zip(image.iter().flatten()) {
+            *sum += f64::from(v);
+            self.squares += f64::from(v) * f64::from(v);
+        }
+    }
+
+    /// Standard deviation of one frame, root mean square over pixels and channels; `None` from one frame.
+    pub(super) fn deviation(&self) -> Option<f64> {
+        let of_means: f64 = self.sums.iter().map(|sum| sum * sum / self.count).sum();
+        let freedom = (self.count - 1.0) * self.sums.len() as f64;
+        (freedom > 0.0).then(|| ((self.squares - of_means).max(0.0) / freedom).sqrt())
+    }
+}
+
+pub(super) struct Times {
+    /// Passes of the technique; `None` where it has none.
+    pub(super) technique: Option<Timing>,
+    pub(super) total: Timing,
+    /// Median of each pass.
+    pub(super) passes: Vec<(String, f64)>,
+}
+
+/// Runs a warm-up frame, then `count` frames; `after` sees each timed one.
+pub(super) fn time_frames(
+    frames: &mut Frames,
+    count: u32,
+    mut after: impl FnMut(&Frames, u32) -> Result<(), Error>,
+) -> Result<Times, Error> {
+    frames.run(0)?;
+    let mut totals = Vec::new();
+    let mut techniques = Vec::new();
+    let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
+    for frame in 0..count {
+        let time = frames.run(frame)?;
+        let sum = |wanted: &dyn Fn(Part) -> bool| -> f64 {
+            time.passes.iter().filter(|pass| wanted(pass.part)).map(|pass| pass.milliseconds).sum()
+        };
+        totals.push(sum(&|_| true));
+        techniques.push(sum(&|part| part == Part::Technique));
+        passes.resize_with(time.passes.len(), Default::default);
+        for (slot, pass) in passes.iter_mut().zip(&time.passes) {
+            slot.0.clone_from(&pass.name);
+            slot.1.push(pass.milliseconds);
+        }
+        after(frames, frame)?;
+    }
+    let has_technique = frames.plan().passes.iter().any(|pass| pass.part == Part::Technique);
+    Ok(Times {
+        technique: Timing::of(&techniques).filter(|_| has_technique),
+        total: Timing::of(&totals)
+            .ok_or_else(|| Error::Failed("no frame was timed: set frames to at least 1".into()))?,
+        passes: passes.into_iter().filter_map(|(name, times)| Timing::of(&times).map(|t| (name, t.median))).collect(),
+    })
+}
+
+pub(super) fn modulate(albedo: &[Rgb], light: &[Rgb]) -> Vec<Rgb> {
+    albedo.iter().zip(light).map(|(a, l)| std::array::from_fn(|c| a[c] * l[c])).collect()
+}

@@ -9,8 +9,20 @@ use crate::{
     techniques::SceneInputs,
 };
 
-/// Twin of `ROWS` in `scene_voxels/fill.wgsl`.
-const ROWS: u32 = 8;
+/// Invocations that share a triangle, at least.
+const FEWEST_ROWS: u32 = 8;
+/// `POINTS_A_CUBE` of fill.wgsl.
+const POINTS_A_CUBE: f64 = 1.5;
+/// Points that one invocation sets at most. Software drivers of the Mesa project leave the loops of an invocation after
+/// 65,535 turns, without a word; half of that is for loops around these.
+const MOST_POINTS: f64 = 32768.0;
+
+/// Invocations that share a triangle, so that the largest one inside the grid is covered by all of them: its sides are no
+/// longer than the grid's diagonal, and it has half of their product of points.
+fn rows(resolution: u32) -> u32 {
+    let side = 3f64.sqrt() * f64::from(resolution) * POINTS_A_CUBE + 2.0;
+    ((0.5 * side * side / MOST_POINTS).ceil() as u32).next_power_of_two().max(FEWEST_ROWS)
+}
 
 /// The grid on the device.
 #[derive(Clone, Copy)]
@@ -43,8 +55,10 @@ pub(crate) fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneInputs, resol
         ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"))
     });
     let objects = scene.moving.then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let rows = rows(resolution);
     let mut pass = plan
         .pass(Part::Technique, "scene_voxels", variant("scene_voxels/fill", &features))
+        .constants(&[("ROWS", f64::from(rows))])
         .clear(bits)
         .once(!scene.moving)
         .bind("grid", grid)
@@ -61,6 +75,16 @@ pub(crate) fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneInputs, resol
     if let Some(objects) = objects {
         pass = pass.bind("objects", objects);
     }
-    pass.over([scene.triangles.max(1), ROWS]);
+    pass.over([scene.triangles.max(1), rows]);
     SceneVoxels { grid, cubes: bits }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_invocation_sets_more_points_than_drivers_loop() {
+        assert_eq!([8, 128, 256, 512, 960].map(rows), [8, 8, 8, 32, 128]);
+    }
 }

@@ -206,12 +206,16 @@ fn brightness(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> 
     frames.run(0)?;
     let plain = light(&frames)?;
     let other = subject.frame(&twin, SIZE, 0)?;
-    // float16 has steps of 2^-24 below 2^-14, and a driver may cut off the rest; float32 below 2^-126 may be taken for 0.
-    let half = ["indirect", "final"]
-        .iter()
-        .find_map(|name| frames.plan().outputs.get(name))
-        .is_some_and(|id| frames.plan().resources[id.0].format() == Some(wgpu::TextureFormat::Rgba16Float));
-    let bound = f64::from(FACTOR) * if half { 2f64.powi(-24) } else { 2f64.powi(-126) };
+    // float16 has steps of 2^-24 below 2^-14, and a driver may cut off the rest, once in each texture that light passes;
+    // float32 below 2^-126 may be taken for 0.
+    let plan = frames.plan();
+    let shown = ["indirect", "final"].iter().find_map(|name| plan.outputs.get(name));
+    let halves = plan.resources.iter().enumerate().filter(|(index, resource)| {
+        let is_half = resource.format() == Some(wgpu::TextureFormat::Rgba16Float);
+        is_half && resource.name != "normal" && (resource.name != "final" || shown.is_some_and(|id| id.0 == *index))
+    });
+    let halves = halves.count() as f64;
+    let bound = f64::from(FACTOR) * if halves > 0.0 { halves * 2f64.powi(-24) } else { 2f64.powi(-126) };
     let far = |(a, b): (&f32, &f32)| (f64::from(*a) * f64::from(FACTOR) - f64::from(*b)).abs();
     let worst = plain.iter().flatten().zip(other.iter().flatten()).map(far).fold(0.0, f64::max);
     let reason =

@@ -17,8 +17,8 @@ import package::scene_voxels::grid::{Grid, word_index, grid_position};
 // Points for each cube's width along a side of a triangle: a plane that cuts less than this off a cube is let go.
 const POINTS_A_CUBE: f32 = 1.5;
 // Invocations that share a triangle: row i of its points is that of invocation i modulo ROWS. Small triangles have one
-// or two rows, walls and floors hundreds.
-const ROWS: u32 = 8u;
+// or two rows, walls and floors hundreds. With fine cubes they are more (renderer/src/scene_voxels.rs).
+override ROWS: u32 = 8u;
 // No side of a triangle inside the grid is longer than this many points.
 const MOST_POINTS: f32 = 8192.0;
 

@@ -133,8 +133,17 @@ impl<'a> TruthSource<'a> {
 
     fn read(&self, trace: &Trace) -> Result<State, TruthError> {
         let reading = trace.read(self.gpu);
-        self.wait()?;
-        reading.take().ok_or_else(|| TruthError("the device was lost while tracing; run again".into()))
+        loop {
+            self.wait()?;
+            if let Some(state) = reading.take() {
+                return Ok(state);
+            }
+            if reading.is_lost() {
+                return Err(TruthError("the device was lost while tracing; run again".into()));
+            }
+            // Another thread that polls the same device took the news and is about to hand it over.
+            std::thread::yield_now();
+        }
     }
 
     /// Hash of everything that the sums depend on: scene, request and shader.

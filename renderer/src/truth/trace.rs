@@ -3,7 +3,7 @@
 use std::{
     sync::{
         Arc,
-        atomic::{AtomicUsize, Ordering},
+        atomic::{AtomicBool, AtomicUsize, Ordering},
     },
     time::Duration,
 };
@@ -330,7 +330,14 @@ pub struct Reading {
     samples: u32,
     scale: f32,
     staging: [wgpu::Buffer; 2],
-    mapped: Arc<AtomicUsize>,
+    answers: Arc<Answers>,
+}
+
+/// What the device answered for the copies of a reading.
+#[derive(Default)]
+struct Answers {
+    arrived: AtomicUsize,
+    refused: AtomicBool,
 }
 
 impl Reading {
@@ -347,22 +354,28 @@ impl Reading {
             copy
         });
         gpu.queue.submit([encoder.finish()]);
-        let mapped = Arc::new(AtomicUsize::new(0));
+        let answers = Arc::new(Answers::default());
         for copy in &staging {
-            let mapped = mapped.clone();
-            copy.map_async(wgpu::MapMode::Read, .., move |result| {
-                if result.is_ok() {
-                    mapped.fetch_add(1, Ordering::Release);
-                }
+            let answers = answers.clone();
+            copy.map_async(wgpu::MapMode::Read, .., move |result| match result {
+                Ok(()) => drop(answers.arrived.fetch_add(1, Ordering::Release)),
+                Err(_) => answers.refused.store(true, Ordering::Release),
             });
         }
-        Self { samples, scale, staging, mapped }
+        Self { samples, scale, staging, answers }
+    }
+
+    /// Whether the sums will never arrive: the device was lost.
+    pub fn is_lost(&self) -> bool {
+        self.answers.refused.load(Ordering::Acquire)
     }
 
     /// The sums, once they have arrived: poll the device (`wgpu::Device::poll`) or, in a browser, return to the event
-    /// loop, and ask again. A lost device never delivers.
+    /// loop, and ask again. That a poll has waited for the device is not enough where several threads poll it: what one
+    /// of them found done, it hands over after the others may have returned. A lost device never delivers
+    /// ([`Self::is_lost`]).
     pub fn take(&self) -> Option<State> {
-        if self.mapped.load(Ordering::Acquire) < self.staging.len() {
+        if self.answers.arrived.load(Ordering::Acquire) < self.staging.len() {
             return None;
         }
         let [surfaces, sums] = &self.staging;

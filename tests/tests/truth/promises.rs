@@ -79,6 +79,26 @@ fn sums_do_not_depend_on_how_the_work_was_split() {
 }
 
 #[test]
+fn threads_may_share_a_device() {
+    let scene = cornell();
+    let gpu = NativeGpu::open(&AdapterChoice::Any).unwrap().gpu;
+    let request = Request::new(scene.camera, [8, 8]);
+    let source = || TruthSource::new(&gpu, &scene, None);
+    let alone = source().trace(&request, Stop::at_samples(1), &mut |_| ()).unwrap().truth;
+    std::thread::scope(|scope| {
+        for _ in 0..8 {
+            scope.spawn(|| {
+                let own = source();
+                // Polls that overtake one another are rare: of reads this many, several were lost where one poll was waited for.
+                for _ in 0..500 {
+                    assert_eq!(own.trace(&request, Stop::at_samples(1), &mut |_| ()).unwrap().truth, alone);
+                }
+            });
+        }
+    });
+}
+
+#[test]
 fn standard_errors_are_true() {
     let scene = cornell();
     let request = everything(scene.camera, [24, 24]);

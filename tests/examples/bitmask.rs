@@ -152,6 +152,7 @@ fn cost(args: &Args, session: &Session) -> Result<(), Error> {
         ("radiometric, light, 6 steps".into(), "bitmask", [&light[..], &[("steps", "6")]].concat()),
         ("radiometric, light, 12 steps".into(), "bitmask", light.to_vec()),
         ("radiometric, light, 24 steps".into(), "bitmask", [&light[..], &[("steps", "24")]].concat()),
+        ("radiometric, light, 48 steps".into(), "bitmask", [&light[..], &[("steps", "48")]].concat()),
         ("radiometric, light, 12, half".into(), "bitmask", [&light[..], &[("resolution", "half")]].concat()),
     ];
     let times = timed(args, session, &configurations)?;
@@ -174,7 +175,33 @@ fn cost(args: &Args, session: &Session) -> Result<(), Error> {
         "(median gather; then the least of {} frames; core: processor time over the number of cores)",
         args.frames
     );
+    let in_steps: Vec<_> = configurations
+        .iter()
+        .zip(&times)
+        .filter_map(|((name, ..), time)| {
+            let steps = name.strip_prefix("radiometric, light, ")?.strip_suffix(" steps")?.parse::<f64>().ok()?;
+            Some((steps, time.gather))
+        })
+        .collect();
+    let (fixed, per_step) = line(&in_steps);
+    println!(
+        "\ngather of radiometric light = {fixed:.1} + {per_step:.2} steps (least squares of the relative residual):"
+    );
+    for (steps, gather) in in_steps {
+        let fit = fixed + per_step * steps;
+        println!("{steps:>6} steps: {gather:.1} ms, {:+.1} % off the line", 100.0 * (gather / fit - 1.0));
+    }
     Ok(())
+}
+
+/// Intercept and slope of the line through these points whose relative residuals have the least squares.
+fn line(points: &[(f64, f64)]) -> (f64, f64) {
+    let sum = |of: fn(f64, f64) -> f64| points.iter().map(|&(x, y)| of(x, y)).sum::<f64>();
+    // y is divided by itself: 1 = (a + b x) / y.
+    let (aa, ab, bb) = (sum(|_, y| 1.0 / (y * y)), sum(|x, y| x / (y * y)), sum(|x, y| x * x / (y * y)));
+    let (a1, b1) = (sum(|_, y| 1.0 / y), sum(|x, y| x / y));
+    let determinant = aa * bb - ab * ab;
+    ((a1 * bb - b1 * ab) / determinant, (aa * b1 - ab * a1) / determinant)
 }
 
 /// Radius, steps, and the published milliseconds of GTAO and bitmask.

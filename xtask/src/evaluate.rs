@@ -1,15 +1,23 @@
 //! `cargo xtask evaluate`: the main job, from a fresh clone to a report.
 
-use std::process::ExitCode;
+use std::{
+    env,
+    process::{Command, ExitCode},
+};
 
-use crate::{Stop, cargo, root, setup, typed};
+use crate::{Stop, cargo, program, root, setup, typed};
 
 /// Builds the evaluator and runs a grid; `arguments` go to `evaluator run`.
 pub fn run(arguments: &[String]) -> Result<ExitCode, Stop> {
     setup::system()?;
     let (dev, arguments): (Vec<&str>, Vec<&str>) = arguments.iter().map(String::as_str).partition(|a| *a == "--dev");
-    let profile = if dev.is_empty() { "release" } else { "dev" };
-    let mut command = cargo(&["run", "--profile", profile, "--package", "halflight-evaluator", "--", "run"]);
+    let mut command = if dev.is_empty() {
+        cargo(&["run", "--release", "--package", "halflight-evaluator", "--", "run"])
+    } else {
+        let mut command = built_like_the_tests()?;
+        command.arg("run");
+        command
+    };
     for (option, value) in [("--grid", "grids/default.toml"), ("--out", "reports/default")] {
         if value_of(&arguments, option).is_none() {
             command.args([option, value]);
@@ -27,6 +35,17 @@ pub fn run(arguments: &[String]) -> Result<ExitCode, Stop> {
     }
     // The evaluator has said what went wrong; other codes are cargo's own.
     Ok(status.code().and_then(|code| u8::try_from(code).ok()).filter(|code| *code <= 2).unwrap_or(1).into())
+}
+
+/// The evaluator in the tests' profile. Built as a part of the workspace: alone, its dependencies would have fewer features
+/// and the tests would build most of them anew.
+fn built_like_the_tests() -> Result<Command, Stop> {
+    let mut build = cargo(&["build", "--workspace", "--bin", "evaluator"]);
+    crate::run(&mut build, "mend what cargo printed")?;
+    // Cargo puts both side by side.
+    let own = env::current_exe()
+        .map_err(|error| Stop::failed(format!("this program's folder cannot be found ({error}): run again")))?;
+    Ok(program(own.with_file_name(format!("evaluator{}", env::consts::EXE_SUFFIX))))
 }
 
 /// The value of an option, written `--option value` or `--option=value`.

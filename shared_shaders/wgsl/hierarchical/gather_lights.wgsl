@@ -6,13 +6,14 @@
 // send too, from any side. With `near`, pairs closer than a border are left to the screen, whose light
 // is added.
 import package::common::math::{LARGEST_RADIANCE, PI, spread2};
+@if(visibility) import package::common::math::largest;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
 @if(lit) import package::light_views::light_pyramid::{level_start, unpack_texel};
-@if(visibility) import package::light_views::light_pyramid::largest;
 import package::light_views::light_surface::LightSurface;
 @if(emitters) import package::light_views::light_surface::unpack_light;
 import package::light_views::transfer::transfer;
+@if(visibility) import package::scene_voxels::candidates::{Candidates, with_candidate, next_choice};
 @if(visibility) import package::scene_voxels::sees::{clear_of, sees};
 
 struct Params {
@@ -57,35 +58,6 @@ override OVER_FRAMES: bool = false;
 // Streams of random numbers: eight for each view.
 const STREAM: u32 = 5120u;
 @if(lit) const LEVELS: u32 = 8u;
-
-/// Candidates of which one is picked, in proportion to what it would bring, and stands for all where it is seen (resampled
-/// importance sampling, Talbot et al. 2005).
-@if(visibility)
-struct Candidates {
-    strength: f32,
-    picked: u32,
-    // One number serves all choices: what is left of it after each one is as random as before.
-    choice: f32,
-}
-
-@if(visibility)
-fn with_candidate(so_far: Candidates, index: u32, strength: f32) -> Candidates {
-    let all = so_far.strength + strength;
-    let threshold = so_far.choice * all;
-    let pick = threshold < strength;
-    let left = select(threshold - strength, threshold, pick) / max(select(so_far.strength, strength, pick), 1e-36);
-    return Candidates(
-        all,
-        select(so_far.picked, index, pick),
-        select(so_far.choice, min(left, 0.99999994), strength > 0.0),
-    );
-}
-
-/// The number for the next candidates: the golden ratio's steps fill the line evenly.
-@if(visibility)
-fn next_choice(choice: f32) -> f32 {
-    return fract(choice + 0.6180339887498949);
-}
 
 /// What a surface would bring, for each unit of its radiance.
 fn factor_of(position: vec3f, normal: vec3f, surface: LightSurface) -> f32 {

@@ -88,7 +88,10 @@ impl<'a> Specular<'a> {
         voxels: Option<SceneVoxels>,
     ) {
         let further = self.passes > 0;
-        let shader = variant("hybrid/specular", &[("lights", light.is_some()), ("further", further), ("visibility", voxels.is_some())]);
+        let shader = variant(
+            "hybrid/specular",
+            &[("lights", light.is_some()), ("further", further), ("visibility", voxels.is_some())],
+        );
         let (name, reason) = match light {
             Some((_, index, _)) => {
                 (format!("specular_{index}"), "where the screen shows nothing, what a light sees there")

@@ -212,16 +212,20 @@ fn what_no_view_sees_hides_light_of_the_lights_views() {
             let more = [settings, &[("visibility", visibility), ("light_samples", "256")]].concat();
             hybrid(&behind_a_screen(height, scenes::grey(0.8)), &more, 8)
         };
-        let wanted = [0.6, 3.0].map(|height| truth(&behind_a_screen(height, scenes::grey(0.8))));
+        // Cubes are 6.25 cm wide: the low screen ends within one of where it does.
+        let wanted = [0.6, 3.0, 0.5375, 0.6625].map(|height| truth(&behind_a_screen(height, scenes::grey(0.8))));
         let (low, low_off, high, high_off) = (of(0.6, "on"), of(0.6, "off"), of(3.0, "on"), of(3.0, "off"));
         println!(
-            "{weighting}: low screen {low:.4} of {:.4}, without visibility {low_off:.4}; high {high} of {}, {high_off:.4}",
-            wanted[0], wanted[1]
+            "{weighting}: low screen {low:.5} of {:.5}, without visibility {low_off:.4}; high {high} of {}, {high_off:.4}; \
+             a cube lower or higher {:.5?}",
+            wanted[0],
+            wanted[1],
+            &wanted[2..]
         );
         // The high screen hides all of the wall.
         assert!(wanted[1] == 0.0 && high == 0.0 && high_off > 0.01, "{weighting}: {high} and {high_off}");
-        // The low one hides what its cubes hide, which are 6 cm wide.
-        assert!((low / wanted[0] - 1.0).abs() < 0.1 && low_off > 1.3 * wanted[0], "{weighting}: {low} and {low_off}");
+        assert!(wanted[3] < low && low < wanted[2], "{weighting}: {low} of {wanted:?}");
+        assert!(low_off > 1.3 * wanted[0], "{weighting}: {low_off}");
     }
 }
 
@@ -257,8 +261,8 @@ fn what_no_view_sees_hides_what_a_mirror_would_show() {
         if height > 1.0 {
             assert!(wanted_red == 0.0 && on_red == 0.0 && off_red > 10.0);
         } else {
-            // The screen's upper end is off by a cube at most, 1.6 cm.
-            assert!((on_red / wanted_red - 1.0).abs() < 0.05 && off_red > 1.2 * wanted_red);
+            // The screen's upper end is off by a cube at most, 1.6 cm: a row of pixels, which has 6 % of the light.
+            assert!((on_red / wanted_red - 1.0).abs() < 0.08 && off_red > 1.2 * wanted_red);
             assert!(error(&on) < 0.5 * error(&off));
         }
     }

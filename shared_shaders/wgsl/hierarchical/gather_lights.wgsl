@@ -14,7 +14,7 @@ import package::light_views::light_surface::LightSurface;
 @if(emitters) import package::light_views::light_surface::unpack_light;
 import package::light_views::transfer::transfer;
 @if(visibility) import package::scene_voxels::candidates::{Candidates, with_candidate, next_choice};
-@if(visibility) import package::scene_voxels::sees::{clear_of, sees};
+@if(visibility) import package::scene_voxels::sees::{ray_end, sees};
 
 struct Params {
     // Width of a texel of `surfels` in full-resolution pixels.
@@ -90,7 +90,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
     let normal = normalize((view.view_to_world * vec4f(surfel_normal(own), 0.0)).xyz);
     var sum = vec3f(0.0);
-    @if(visibility) let here = clear_of(position, normal);
+    @if(visibility) let here = ray_end(position, normal);
     @if(visibility) var choice = spread2(id.xy, view.frame, STREAM - 1u, view.seed, OVER_FRAMES).x;
     @if(lit) {
         let step = 1.0 / f32(LIGHT_SAMPLES);
@@ -134,7 +134,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                     if candidates.strength > 0.0 {
                         let index = 2u * candidates.picked;
                         let source = unpack_texel(light_pyramid[index], light_pyramid[index + 1u]);
-                        if sees(here, clear_of(source.position, source.normal)) {
+                        if sees(here, ray_end(source.position, source.normal)) {
                             sum += source.radiance * (candidates.strength / largest(source.radiance));
                         }
                     }
@@ -161,7 +161,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 if candidates.strength > 0.0 {
                     let index = candidates.picked;
                     let source = unpack_light(emitter_places[index].xyz, emitter_lights[index]);
-                    if sees(here, clear_of(source.position, source.normal)) {
+                    if sees(here, ray_end(source.position, source.normal)) {
                         sum += source.radiance * (candidates.strength / largest(source.radiance));
                     }
                 }

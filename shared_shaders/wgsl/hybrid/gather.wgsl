@@ -13,7 +13,7 @@ import package::common::view::{View, SKY_DEPTH};
 import package::light_views::light_surface::LightSurface;
 import package::light_views::transfer::transfer;
 @if(far && visibility) import package::scene_voxels::candidates::{Candidates, with_candidate, next_choice};
-@if(far && visibility) import package::scene_voxels::sees::{clear_of, sees};
+@if(far && visibility) import package::scene_voxels::sees::{RayEnd, ray_end, sees};
 
 struct Params {
     // Width of a texel in full-resolution pixels.
@@ -102,10 +102,10 @@ fn light_from_near(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     return within_hemisphere(sum * (area / disc));
 }
 
-/// Where a ray to or from a surface begins; place and normal in view space.
+/// The end of a ray; place and normal in view space.
 @if(far && visibility)
-fn ray_end(position: vec3f, normal: vec3f) -> vec3f {
-    return clear_of(
+fn ray_end_of_view(position: vec3f, normal: vec3f) -> RayEnd {
+    return ray_end(
         (view.view_to_world * vec4f(position, 1.0)).xyz,
         (view.view_to_world * vec4f(normal, 0.0)).xyz,
     );
@@ -135,7 +135,7 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
         }
     }
     @if(visibility) {
-        let here = ray_end(position, normal);
+        let here = ray_end_of_view(position, normal);
         var choice = random.y;
         for (var start = first; start < params.virtual_lights; start += params.stride * SAMPLES_PER_RAY) {
             var candidates = Candidates(0.0, start, choice);
@@ -147,7 +147,7 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
             }
             if candidates.strength > 0.0 {
                 let surface = virtual_lights[candidates.picked];
-                if sees(here, ray_end(surface.position, surface.normal)) {
+                if sees(here, ray_end_of_view(surface.position, surface.normal)) {
                     sum += surface.radiance * (candidates.strength / largest(surface.radiance));
                 }
             }

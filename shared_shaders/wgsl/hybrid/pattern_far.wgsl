@@ -14,7 +14,7 @@ import package::light_views::light_surface::unpack_light;
 @if(!published) import package::light_views::projection::{source_of, light_ray, area_across};
 @if(!published) import package::light_views::transfer::transfer;
 @if(visibility) import package::scene_voxels::candidates::{Candidates, with_candidate, next_choice};
-@if(visibility) import package::scene_voxels::sees::{clear_of, sees};
+@if(visibility) import package::scene_voxels::sees::{RayEnd, ray_end, sees};
 
 struct Params {
     world_to_clip: mat4x4f,
@@ -46,16 +46,16 @@ struct Params {
 const STREAM: u32 = 5120u;
 @if(visibility) const VISIBILITY_STREAM: u32 = 7168u;
 
-/// What these candidates bring to a receiver whose rays begin `here`, in cubes.
+/// What these candidates bring to the receiver `here`.
 @if(visibility)
-fn light_of(candidates: Candidates, here: vec3f) -> vec3f {
+fn light_of(candidates: Candidates, here: RayEnd) -> vec3f {
     if candidates.strength <= 0.0 {
         return vec3f(0.0);
     }
     let width = textureDimensions(place).x;
     let at = vec2u(candidates.picked % width, candidates.picked / width);
     let source = unpack_light(textureLoad(place, at, 0).xyz, textureLoad(light, at, 0));
-    let free = sees(here, clear_of(source.position, source.normal));
+    let free = sees(here, ray_end(source.position, source.normal));
     return select(vec3f(0.0), source.radiance * (candidates.strength / largest(source.radiance)), free);
 }
 
@@ -75,7 +75,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         let random = spread2(id.xy, view.frame, STREAM + params.light, view.seed, false);
         let inner = params.inner / params.outer;
         @if(!published) let source = source_of(params.world_to_clip);
-        @if(visibility) let here = clear_of(position, normal);
+        @if(visibility) let here = ray_end(position, normal);
         @if(visibility) let stream = VISIBILITY_STREAM + params.light;
         @if(visibility) var candidates =
             Candidates(0.0, 0u, spread2(id.xy, view.frame, stream, view.seed, false).x);

@@ -10,7 +10,7 @@ import package::hybrid::mirror_map::{NOTHING, unpack_pixel};
 import package::hybrid::reflected::reflected;
 @if(lights) import package::light_views::light_surface::{LightSurface, unpack_light};
 @if(lights) import package::light_views::projection::{source_of, light_ray, area_across};
-@if(lights && visibility) import package::scene_voxels::sees::{clear_of, sees};
+@if(lights && visibility) import package::scene_voxels::sees::{ray_end, sees};
 
 struct Params {
     @if(lights) world_to_clip: mat4x4f,
@@ -142,8 +142,8 @@ fn march(position: vec3f, normal: vec3f, mirror: vec3f) -> vec4f {
             if dot(seen.surface.normal, mirror) < 0.0 && seen.behind < TOLERANCE * seen.texel {
                 var light = vec4f(seen.surface.radiance, max(high, 1e-30));
                 @if(visibility) {
-                    let goal = clear_of(start + high * mirror, seen.surface.normal);
-                    light = select(vec4f(0.0), light, sees(clear_of(position, normal), goal));
+                    let goal = ray_end(start + high * mirror, seen.surface.normal);
+                    light = select(vec4f(0.0), light, sees(ray_end(position, normal), goal));
                 }
                 return light;
             }

@@ -70,6 +70,7 @@ fn what_the_lights_see_agrees_with_truth_in_absolute_units() {
     for (name, light) in lights() {
         let scene = corner(light);
         let wanted = truth(&scene);
+        let mut found = Vec::new();
         for (how, settings) in [
             ("lights", &[("visibility", "off")][..]),
             ("lights, visibility", &[]),
@@ -80,10 +81,13 @@ fn what_the_lights_see_agrees_with_truth_in_absolute_units() {
         ] {
             let ratio = hybrid(&scene, settings, 4) / wanted;
             println!("{name}, {how}: {ratio:.4} of the path-traced mean");
-            // The promise for a single light and nothing hidden. Grid cells clear of the ends of a ray cost what comes
-            // from nearer than them, on both sides of the corner; a disc stands for a texel of the light's view.
+            // The promise for a single light and nothing hidden: a disc stands for a texel of the light's view.
             assert!((ratio - 1.0).abs() < 0.05, "{name}, {how}: {ratio}");
+            found.push(ratio);
         }
+        // Nothing is hidden, and the grid hides nothing: rays are clear of the cubes of both walls. Sums of other parts round.
+        assert!((found[1] / found[0] - 1.0).abs() < 1e-4, "{name}: {found:?}");
+        assert!((found[4] / found[5] - 1.0).abs() < 1e-4, "{name}, patterns: {found:?}");
         // The original pattern, wide enough for all of the map. Of a map with a perspective it reaches only what lies
         // before the light on the receiver's side.
         if name != "directional" {

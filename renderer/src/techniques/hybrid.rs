@@ -95,7 +95,7 @@ parameters! {
         visibility: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
         /// Cubes along the longest side of the scene.
         voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
-        /// Successive virtual lights that share one ray: the mean stays, the noise of visibility grows, its cost falls.
+        /// Successive virtual lights, or samples of a pattern, that share one ray: the mean stays, the noise of visibility grows, its cost falls.
         samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
         /// What glossy materials (Ks, Ns) show in their mirror direction: off; screen, what the camera sees there; both, otherwise what the lights see.
         specular: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;

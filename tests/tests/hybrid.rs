@@ -70,19 +70,24 @@ fn what_the_lights_see_agrees_with_truth_in_absolute_units() {
     for (name, light) in lights() {
         let scene = corner(light);
         let wanted = truth(&scene);
+        let mut found = Vec::new();
         for (how, settings) in [
             ("lights", &[("visibility", "off")][..]),
             ("lights, visibility", &[]),
             ("both", &[("sources", "both"), ("visibility", "off"), ("radius", "0.4")]),
             ("both, the paper's patterns", &[&[("sources", "both")], PATTERN].concat()),
             ("lights, the paper's patterns", PATTERN),
+            ("lights, the paper's patterns without visibility", &[&[("visibility", "off")], PATTERN].concat()),
         ] {
             let ratio = hybrid(&scene, settings, 4) / wanted;
             println!("{name}, {how}: {ratio:.4} of the path-traced mean");
-            // The promise for a single light and nothing hidden. Grid cells clear of the ends of a ray cost what comes
-            // from nearer than them, on both sides of the corner; a disc stands for a texel of the light's view.
+            // The promise for a single light and nothing hidden: a disc stands for a texel of the light's view.
             assert!((ratio - 1.0).abs() < 0.05, "{name}, {how}: {ratio}");
+            found.push(ratio);
         }
+        // Nothing is hidden, and the grid hides nothing: rays are clear of the cubes of both walls. Sums of other parts round.
+        assert!((found[1] / found[0] - 1.0).abs() < 1e-4, "{name}: {found:?}");
+        assert!((found[4] / found[5] - 1.0).abs() < 1e-4, "{name}, patterns: {found:?}");
         // The original pattern, wide enough for all of the map. Of a map with a perspective it reaches only what lies
         // before the light on the receiver's side.
         if name != "directional" {
@@ -178,6 +183,95 @@ fn light_from_a_wall_off_the_screen_arrives() {
     assert!((both / wanted - 1.0).abs() < 0.05, "{both} of {wanted}");
 }
 
+/// A red wall lit by a lamp before it, a floor in view, and between the two, in view of neither camera nor lamp, a screen
+/// of this height that stays dark.
+fn behind_a_screen(height: f32, floor: Material) -> Scene {
+    let red = Material { albedo: [0.9, 0.05, 0.05], ..Material::default() };
+    Scene {
+        name: "screened".into(),
+        meshes: vec![
+            scenes::quad(Vec3::new(-2.0, 0.0, 4.0), 5.0 * Vec3::X, -8.0 * Vec3::Z, 0),
+            scenes::quad(Vec3::new(3.0, 0.0, -4.0), 8.0 * Vec3::Z, 6.0 * Vec3::Y, 1),
+            scenes::quad(Vec3::new(1.2, 0.0, -4.0), 8.0 * Vec3::Z, height * Vec3::Y, 2),
+        ],
+        materials: vec![floor, red, scenes::grey(0.5)],
+        lights: vec![Light::Spot {
+            position: [2.0, 2.0, 0.0],
+            direction: [1.0, 0.0, 0.0],
+            intensity: [10.0; 3],
+            half_angle_degrees: 50.0,
+            full_intensity_half_angle_degrees: 40.0,
+        }],
+        camera: scenes::camera([-2.0, 1.5, 0.0], [-0.2, 0.0, 0.0], 24.0),
+        ..Scene::default()
+    }
+}
+
+#[test]
+fn what_no_view_sees_hides_light_of_the_lights_views() {
+    let lights: [(&str, &[(&str, &str)]); 2] =
+        [("radiometric", &[]), ("pattern", &[("weighting", "pattern"), ("radius", "0.4"), ("far_radius", "8")])];
+    for (weighting, settings) in lights {
+        let of = |height, visibility| {
+            let more = [settings, &[("visibility", visibility), ("light_samples", "256")]].concat();
+            hybrid(&behind_a_screen(height, scenes::grey(0.8)), &more, 8)
+        };
+        // Cubes are 6.25 cm wide: the low screen ends within one of where it does.
+        let wanted = [0.6, 3.0, 0.5375, 0.6625].map(|height| truth(&behind_a_screen(height, scenes::grey(0.8))));
+        let (low, low_off, high, high_off) = (of(0.6, "on"), of(0.6, "off"), of(3.0, "on"), of(3.0, "off"));
+        println!(
+            "{weighting}: low screen {low:.5} of {:.5}, without visibility {low_off:.4}; high {high} of {}, {high_off:.4}; \
+             a cube lower or higher {:.5?}",
+            wanted[0],
+            wanted[1],
+            &wanted[2..]
+        );
+        // The high screen hides all of the wall.
+        assert!(wanted[1] == 0.0 && high == 0.0 && high_off > 0.01, "{weighting}: {high} and {high_off}");
+        assert!(wanted[3] < low && low < wanted[2], "{weighting}: {low} of {wanted:?}");
+        assert!(low_off > 1.3 * wanted[0], "{weighting}: {low_off}");
+    }
+}
+
+#[test]
+fn what_no_view_sees_hides_what_a_mirror_would_show() {
+    let mirror = Material { specular: [0.8; 3], phong_exponent: 1e6, ..scenes::grey(0.2) };
+    let red = |image: &[[f32; 3]]| image.iter().map(|p| f64::from((p[0] - p[1]).max(0.0))).sum::<f64>();
+    for height in [0.6, 3.0] {
+        let scene = behind_a_screen(height, mirror.clone());
+        let of_mirror = Request { glossy: true, ..Request::new(scene.camera, SIZE) };
+        let wanted = trace(device(), &scene, &of_mirror, Stop::at_samples(4)).unwrap().truth.glossy.unwrap().mean;
+        let session = Session::new(device(), &scene);
+        let shown = |visibility: &str| {
+            let settings = [
+                ("specular", "both"),
+                ("light_view_size", "256"),
+                ("sources", "screen"),
+                ("screen_samples", "1"),
+                ("voxel_resolution", "512"),
+                ("visibility", visibility),
+            ];
+            let image = render(&session, &request("hybrid", &settings, SIZE), "glossy");
+            image.into_iter().map(|pixel| pixel.map(|v| 0.8 * v)).collect::<Vec<_>>()
+        };
+        let (on, off) = (shown("on"), shown("off"));
+        let [wanted_red, on_red, off_red] = [&wanted, &on, &off].map(|image| red(image));
+        let error = |image: &[[f32; 3]]| halflight_evaluator::metrics::linear_errors(image, &wanted, None).rmse;
+        println!(
+            "screen of {height}: red light {on_red:.2} of {wanted_red:.2}, {off_red:.2} without visibility; RMSE {:.4}, {:.4}",
+            error(&on),
+            error(&off)
+        );
+        if height > 1.0 {
+            assert!(wanted_red == 0.0 && on_red == 0.0 && off_red > 10.0);
+        } else {
+            // The screen's upper end is off by a cube at most, 1.6 cm: a row of pixels, which has 6 % of the light.
+            assert!((on_red / wanted_red - 1.0).abs() < 0.08 && off_red > 1.2 * wanted_red);
+            assert!(error(&on) < 0.5 * error(&off));
+        }
+    }
+}
+
 #[test]
 fn pixels_that_interpolation_does_not_know_are_gathered_anew() {
     let scene = scenes::court();
@@ -236,12 +330,18 @@ fn the_plan_has_what_scene_and_settings_need() {
     // Six faces look around a point light.
     two.lights = vec![Light::Point { position: [0.0, 2.0, 0.0], intensity: [1.0; 3] }];
     assert_eq!(names(&two, &[]).len(), both.len() + 10);
-    // The paper's patterns need neither a choice of lights nor a grid of cubes.
-    let patterns = names(&scene, &[("weighting", "published")]);
-    for (name, there) in
-        [("near", true), ("rsm_0", true), ("gather", false), ("choose", false), ("scene_voxels", false)]
-    {
-        assert_eq!(patterns.iter().any(|pass| pass == name), there, "{name}: {patterns:?}");
+    // The paper's patterns need no choice of lights, and published weights no grid of cubes.
+    for (weighting, tested) in [("published", false), ("pattern", true)] {
+        let patterns = names(&scene, &[("weighting", weighting)]);
+        for (name, there) in
+            [("near", true), ("rsm_0", true), ("gather", false), ("choose", false), ("scene_voxels", tested)]
+        {
+            assert_eq!(patterns.iter().any(|pass| pass == name), there, "{name}: {patterns:?}");
+        }
+    }
+    for settings in [[("sources", "screen"), ("visibility", "on")], [("sources", "both"), ("visibility", "off")]] {
+        let patterns = names(&scene, &[&settings[..], &[("weighting", "pattern")]].concat());
+        assert!(!patterns.iter().any(|pass| pass == "scene_voxels"), "{patterns:?}");
     }
     // Single pixels are gathered anew where that is asked for and something was interpolated.
     assert_eq!(names(&scene, &[("recompute_below", "0.1")]).len(), both.len() + 1);
@@ -257,6 +357,14 @@ fn the_plan_has_what_scene_and_settings_need() {
     };
     assert_eq!(added(&polished, &specular), ["mirror_map", "specular_0"]);
     assert_eq!(added(&polished, &[("specular", "screen")]), ["mirror_map", "specular"]);
+    // Mirror directions that end in a light's view cross the grid; those on the screen do not.
+    let grid = |more: &[(&str, &str)]| {
+        let screen = [&[("sources", "screen")], more].concat();
+        names(&polished, &screen).iter().any(|name| name == "scene_voxels")
+    };
+    assert!(grid(&specular) && !grid(&[("specular", "screen")]));
+    assert!(!grid(&[("specular", "both"), ("visibility", "off")]));
+    assert!(!grid(&[("specular", "both"), ("weighting", "published")]));
     polished.lights.push(scenes::sun());
     assert_eq!(added(&polished, &specular), ["mirror_map", "specular_0", "specular_1"]);
     // Openness: the screen's part once, a light's part for each; it attenuates light where it is asked for.

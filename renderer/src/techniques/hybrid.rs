@@ -95,7 +95,7 @@ parameters! {
         visibility: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
         /// Cubes along the longest side of the scene.
         voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
-        /// Successive virtual lights that share one ray: the mean stays, the noise of visibility grows, its cost falls.
+        /// Successive virtual lights, or samples of a pattern, that share one ray: the mean stays, the noise of visibility grows, its cost falls.
         samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
         /// What glossy materials (Ks, Ns) show in their mirror direction: off; screen, what the camera sees there; both, otherwise what the lights see.
         specular: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
@@ -156,17 +156,24 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         .then(|| Patterns::new(plan, &parameters, level, radius));
     let mut specular = Specular::new(plan, inputs, &parameters);
     let mut openness = Openness::new(plan, inputs, &parameters, level)?;
+    // Light from the lights' views is tested for what stands in between, whoever reads it; published weights are as printed.
+    let mirrors = specular.is_some() && parameters.specular == Views::Both && lit;
+    let voxels = inputs.scene.filter(|_| {
+        parameters.visibility == Switch::On
+            && parameters.weighting != Weighting::Published
+            && (chosen || (far || mirrors) && !plan.light_views.is_empty())
+    });
+    let voxels = voxels.map(|scene| plan_scene_voxels(plan, &scene, parameters.voxel_resolution));
     let mut translucency = Translucency::new(inputs, far && parameters.translucency == Switch::On);
 
     // Each light's view is drawn, and read by all that look for something in it.
     let asks = |views: Views| views == Views::Both && lit;
-    let mirrors = specular.is_some() && asks(parameters.specular);
     let mut look = |plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer| {
         if let Some(patterns) = patterns.as_mut().filter(|_| far) {
-            patterns.add(plan, maps, index, view);
+            patterns.add(plan, maps, index, view, voxels);
         }
         if let Some(specular) = specular.as_mut().filter(|_| mirrors) {
-            specular.add(plan, maps, index, view);
+            specular.add(plan, maps, index, view, voxels);
         }
         if let Some(openness) = openness.as_mut().filter(|_| asks(parameters.ambient_occlusion)) {
             openness.add(plan, maps, index, view);
@@ -192,7 +199,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
     let light = match patterns {
         Some(patterns) => patterns.sum().map(|sum| to_display(plan, inputs, &upsampling, level, sum, "indirect")),
-        None => Gather::new(plan, inputs, &parameters, level, radius, lights).map(|gather| {
+        None => Gather::new(&parameters, level, radius, lights, voxels).map(|gather| {
             let gathered = gather.gather(plan);
             let light = to_display(plan, inputs, &upsampling, level, gathered, "indirect");
             gather.recompute(plan, inputs, light)
@@ -220,24 +227,18 @@ struct Gather<'a> {
 }
 
 impl<'a> Gather<'a> {
-    /// Plans the grid of cubes that rays to chosen lights cross; `None` where nothing sends light.
+    /// `voxels` is the grid of cubes that rays to chosen lights cross; `None` where nothing sends light.
     fn new(
-        plan: &mut FramePlan,
-        inputs: &Inputs,
         parameters: &'a Hybrid,
         level: &'a Level,
         radius: f32,
         lights: Option<VirtualLights>,
+        voxels: Option<SceneVoxels>,
     ) -> Option<Self> {
         if parameters.sources == Sources::Lights && lights.is_none() {
             return None;
         }
-        let voxels = match (&lights, inputs.scene) {
-            (Some(_), Some(scene)) if parameters.visibility == Switch::On => {
-                Some(plan_scene_voxels(plan, &scene, parameters.voxel_resolution))
-            }
-            _ => None,
-        };
+        let voxels = voxels.filter(|_| lights.is_some());
         Some(Self { parameters, level, radius, lights, voxels })
     }
 

@@ -31,6 +31,11 @@ fn most(a: f32, b: f32) -> f32 {
     return select(b, a, a > b);
 }
 
+/// Largest channel.
+fn largest(light: vec3f) -> f32 {
+    return max(light.x, max(light.y, light.z));
+}
+
 /// Octahedral map of a unit vector to the square -1..1 (Cigolle et al. 2014).
 fn octahedral_encode(n: vec3f) -> vec2f {
     let p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));

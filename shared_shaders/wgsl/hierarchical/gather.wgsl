@@ -4,6 +4,7 @@
 // With `visibility`, only from what the voxel grid does not hide (2010). With `near`, only from what is closer than a border:
 // the rest comes from the lights' views. `pairs` is for tests: it answers for given
 // pairs of texels whether one sees the other, and no frame has it.
+@if(visibility) import package::common::math::largest;
 import package::common::math::spread2;
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::{
@@ -293,11 +294,6 @@ fn draw_sample(draw: Draw, i: u32) -> vec3f {
     }
     let angle = 6.283185307179586 * number;
     return vec3f(cos(angle) * even, sin(angle) * even, 1.0);
-}
-
-@if(visibility)
-fn largest(light: vec3f) -> f32 {
-    return max(light.x, max(light.y, light.z));
 }
 
 @if(!(pairs && visibility))

@@ -6,14 +6,15 @@
 // send too, from any side. With `near`, pairs closer than a border are left to the screen, whose light
 // is added.
 import package::common::math::{LARGEST_RADIANCE, PI, spread2};
+@if(visibility) import package::common::math::largest;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
 @if(lit) import package::light_views::light_pyramid::{level_start, unpack_texel};
-@if(visibility) import package::light_views::light_pyramid::largest;
 import package::light_views::light_surface::LightSurface;
 @if(emitters) import package::light_views::light_surface::unpack_light;
 import package::light_views::transfer::transfer;
-@if(visibility) import package::scene_voxels::sees::{clear_of, sees};
+@if(visibility) import package::scene_voxels::candidates::{Candidates, with_candidate, next_choice};
+@if(visibility) import package::scene_voxels::sees::{ray_end, sees};
 
 struct Params {
     // Width of a texel of `surfels` in full-resolution pixels.
@@ -58,35 +59,6 @@ override OVER_FRAMES: bool = false;
 const STREAM: u32 = 5120u;
 @if(lit) const LEVELS: u32 = 8u;
 
-/// Candidates of which one is picked, in proportion to what it would bring, and stands for all where it is seen (resampled
-/// importance sampling, Talbot et al. 2005).
-@if(visibility)
-struct Candidates {
-    strength: f32,
-    picked: u32,
-    // One number serves all choices: what is left of it after each one is as random as before.
-    choice: f32,
-}
-
-@if(visibility)
-fn with_candidate(so_far: Candidates, index: u32, strength: f32) -> Candidates {
-    let all = so_far.strength + strength;
-    let threshold = so_far.choice * all;
-    let pick = threshold < strength;
-    let left = select(threshold - strength, threshold, pick) / max(select(so_far.strength, strength, pick), 1e-36);
-    return Candidates(
-        all,
-        select(so_far.picked, index, pick),
-        select(so_far.choice, min(left, 0.99999994), strength > 0.0),
-    );
-}
-
-/// The number for the next candidates: the golden ratio's steps fill the line evenly.
-@if(visibility)
-fn next_choice(choice: f32) -> f32 {
-    return fract(choice + 0.6180339887498949);
-}
-
 /// What a surface would bring, for each unit of its radiance.
 fn factor_of(position: vec3f, normal: vec3f, surface: LightSurface) -> f32 {
     let factor = transfer(position, normal, surface);
@@ -118,7 +90,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
     let normal = normalize((view.view_to_world * vec4f(surfel_normal(own), 0.0)).xyz);
     var sum = vec3f(0.0);
-    @if(visibility) let here = clear_of(position, normal);
+    @if(visibility) let here = ray_end(position, normal);
     @if(visibility) var choice = spread2(id.xy, view.frame, STREAM - 1u, view.seed, OVER_FRAMES).x;
     @if(lit) {
         let step = 1.0 / f32(LIGHT_SAMPLES);
@@ -162,7 +134,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                     if candidates.strength > 0.0 {
                         let index = 2u * candidates.picked;
                         let source = unpack_texel(light_pyramid[index], light_pyramid[index + 1u]);
-                        if sees(here, clear_of(source.position, source.normal)) {
+                        if sees(here, ray_end(source.position, source.normal)) {
                             sum += source.radiance * (candidates.strength / largest(source.radiance));
                         }
                     }
@@ -189,7 +161,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 if candidates.strength > 0.0 {
                     let index = candidates.picked;
                     let source = unpack_light(emitter_places[index].xyz, emitter_lights[index]);
-                    if sees(here, clear_of(source.position, source.normal)) {
+                    if sees(here, ray_end(source.position, source.normal)) {
                         sum += source.radiance * (candidates.strength / largest(source.radiance));
                     }
                 }

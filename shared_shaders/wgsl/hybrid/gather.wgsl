@@ -5,13 +5,15 @@
 // Stamminger 2005, section 4.3); the others keep what was interpolated.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{LARGEST_RADIANCE, PI, spread2};
+@if(far && visibility) import package::common::math::largest;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};
 import package::common::view::{View, SKY_DEPTH};
 @if(recompute) import package::common::view::{uv_of_texel, view_position};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 import package::light_views::light_surface::LightSurface;
 import package::light_views::transfer::transfer;
-@if(far && visibility) import package::scene_voxels::sees::{clear_of, sees};
+@if(far && visibility) import package::scene_voxels::candidates::{Candidates, with_candidate, next_choice};
+@if(far && visibility) import package::scene_voxels::sees::{RayEnd, ray_end, sees};
 
 struct Params {
     // Width of a texel in full-resolution pixels.
@@ -100,10 +102,10 @@ fn light_from_near(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     return within_hemisphere(sum * (area / disc));
 }
 
-/// Where a ray to or from a surface begins; place and normal in view space.
+/// The end of a ray; place and normal in view space.
 @if(far && visibility)
-fn ray_end(position: vec3f, normal: vec3f) -> vec3f {
-    return clear_of(
+fn ray_end_of_view(position: vec3f, normal: vec3f) -> RayEnd {
+    return ray_end(
         (view.view_to_world * vec4f(position, 1.0)).xyz,
         (view.view_to_world * vec4f(normal, 0.0)).xyz,
     );
@@ -133,35 +135,23 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
         }
     }
     @if(visibility) {
-        let here = ray_end(position, normal);
+        let here = ray_end_of_view(position, normal);
         var choice = random.y;
         for (var start = first; start < params.virtual_lights; start += params.stride * SAMPLES_PER_RAY) {
-            // One light of these few stands for them where it is seen (resampled importance sampling, Talbot et al. 2005).
-            var strength_of_all = 0.0;
-            var picked = start;
+            var candidates = Candidates(0.0, start, choice);
             for (var j = 0u; j < SAMPLES_PER_RAY; j++) {
                 let i = start + j * params.stride;
                 if i < params.virtual_lights {
-                    let light = light_from(i, position, normal);
-                    let strength = max(light.x, max(light.y, light.z));
-                    strength_of_all += strength;
-                    // One number serves all choices: what is left of it after each one is as random as before.
-                    let threshold = choice * strength_of_all;
-                    let pick = threshold < strength;
-                    let left = select(threshold - strength, threshold, pick);
-                    let share = select(strength_of_all - strength, strength, pick);
-                    choice = select(choice, min(left / max(share, 1e-36), 0.99999994), strength > 0.0);
-                    picked = select(picked, i, pick);
+                    candidates = with_candidate(candidates, i, largest(light_from(i, position, normal)));
                 }
             }
-            if strength_of_all > 0.0 {
-                let surface = virtual_lights[picked];
-                if sees(here, ray_end(surface.position, surface.normal)) {
-                    let light = surface.radiance;
-                    sum += light * (strength_of_all / max(light.x, max(light.y, light.z)));
+            if candidates.strength > 0.0 {
+                let surface = virtual_lights[candidates.picked];
+                if sees(here, ray_end_of_view(surface.position, surface.normal)) {
+                    sum += surface.radiance * (candidates.strength / largest(surface.radiance));
                 }
             }
-            choice = fract(choice + 0.6180339887498949);
+            choice = next_choice(candidates.choice);
         }
     }
     return sum * f32(params.stride);

@@ -1,9 +1,11 @@
-// variants: published, further
+// variants: published, further, visibility
 // Light from farther away by the paper's pattern (Lambru et al., section 3.1): points in the shell between a small and
 // a large hemisphere, projected into what one light sees. Each stands for the area of its share of the pattern; with
-// `published` by Equation 3. With `further`, added to what was gathered before.
+// `published` by Equation 3. With `visibility`, one of several samples stands for them where nothing stands in between.
+// With `further`, added to what was gathered before.
 import package::common::hemisphere::shell_point;
 import package::common::math::{LARGEST_RADIANCE, spread2};
+@if(visibility) import package::common::math::largest;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
 @if(published) import package::hybrid::equation_3::equation_3;
@@ -11,6 +13,8 @@ import package::common::view::{View, SKY_DEPTH};
 import package::light_views::light_surface::unpack_light;
 @if(!published) import package::light_views::projection::{source_of, light_ray, area_across};
 @if(!published) import package::light_views::transfer::transfer;
+@if(visibility) import package::scene_voxels::candidates::{Candidates, with_candidate, next_choice};
+@if(visibility) import package::scene_voxels::sees::{RayEnd, ray_end, sees};
 
 struct Params {
     world_to_clip: mat4x4f,
@@ -35,7 +39,25 @@ struct Params {
 @if(further) @group(0) @binding(5) var partial_sum: texture_2d<f32>;
 @group(0) @binding(6) var gathered: texture_storage_2d<rgba32float, write>;
 
+// Successive samples of which one is picked, by what it would bring, and tested for visibility.
+@if(visibility) override SAMPLES_PER_RAY: u32 = 8u;
+
+// Streams of random numbers, one for each light.
 const STREAM: u32 = 5120u;
+@if(visibility) const VISIBILITY_STREAM: u32 = 7168u;
+
+/// What these candidates bring to the receiver `here`.
+@if(visibility)
+fn light_of(candidates: Candidates, here: RayEnd) -> vec3f {
+    if candidates.strength <= 0.0 {
+        return vec3f(0.0);
+    }
+    let width = textureDimensions(place).x;
+    let at = vec2u(candidates.picked % width, candidates.picked / width);
+    let source = unpack_light(textureLoad(place, at, 0).xyz, textureLoad(light, at, 0));
+    let free = sees(here, ray_end(source.position, source.normal));
+    return select(vec3f(0.0), source.radiance * (candidates.strength / largest(source.radiance)), free);
+}
 
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
@@ -53,6 +75,10 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         let random = spread2(id.xy, view.frame, STREAM + params.light, view.seed, false);
         let inner = params.inner / params.outer;
         @if(!published) let source = source_of(params.world_to_clip);
+        @if(visibility) let here = ray_end(position, normal);
+        @if(visibility) let stream = VISIBILITY_STREAM + params.light;
+        @if(visibility) var candidates =
+            Candidates(0.0, 0u, spread2(id.xy, view.frame, stream, view.seed, false).x);
         for (var i = 0u; i < params.samples; i++) {
             let offset = shell_point(normal, inner, i, params.samples, random);
             let point = position + params.outer * offset;
@@ -77,7 +103,16 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 // None stands for more than all of the map.
                 factor = transfer(position, normal, surface) * min(texels, size.x * size.y);
             }
-            sum += select(vec3f(0.0), surface.radiance * factor, counts);
+            factor = select(0.0, factor, counts);
+            @if(!visibility) { sum += surface.radiance * factor; }
+            @if(visibility) {
+                let index = u32(at.y) * textureDimensions(place).x + u32(at.x);
+                candidates = with_candidate(candidates, index, largest(surface.radiance) * factor);
+                if (i + 1u) % SAMPLES_PER_RAY == 0u || i + 1u == params.samples {
+                    sum += light_of(candidates, here);
+                    candidates = Candidates(0.0, 0u, next_choice(candidates.choice));
+                }
+            }
         }
     }
     textureStore(gathered, id.xy, vec4f(min(sum, vec3f(LARGEST_RADIANCE)), 1.0));

@@ -1,7 +1,8 @@
-// variants: lights, further
+// variants: lights, further, visibility
 // What glossy surfaces show in their mirror direction (Lambru et al., section 3.2, Equation 4): light of the pixel that
 // the intersection map names; with `lights`, where it names none, of the surface that the ray meets in what one light
-// sees. With `further`, behind what the lights before it showed. Ks is left out; the lobe is as narrow as a mirror's.
+// sees. With `visibility`, where nothing in the scene stands before that surface.
+// With `further`, behind what the lights before it showed. Ks is left out; the lobe is as narrow as a mirror's.
 @if(lights) import package::common::form_factor::MIN_COS_BETA;
 import package::common::scene::Material;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
@@ -9,6 +10,7 @@ import package::hybrid::mirror_map::{NOTHING, unpack_pixel};
 import package::hybrid::reflected::reflected;
 @if(lights) import package::light_views::light_surface::{LightSurface, unpack_light};
 @if(lights) import package::light_views::projection::{source_of, light_ray, area_across};
+@if(lights && visibility) import package::scene_voxels::sees::{ray_end, sees};
 
 struct Params {
     @if(lights) world_to_clip: mat4x4f,
@@ -99,7 +101,8 @@ fn within_view(start: vec4f, direction: vec4f) -> vec2f {
     return range;
 }
 
-/// Light that the ray meets in the light's view, and its distance; zeros where it meets none.
+/// Light that the ray meets in the light's view, and its distance; zeros where it meets none, or where something stands
+/// before that.
 @if(lights)
 fn march(position: vec3f, normal: vec3f, mirror: vec3f) -> vec4f {
     let source = source_of(params.world_to_clip);
@@ -137,7 +140,12 @@ fn march(position: vec3f, normal: vec3f, mirror: vec3f) -> vec4f {
             }
             let seen = seen_at(source, start + high * mirror);
             if dot(seen.surface.normal, mirror) < 0.0 && seen.behind < TOLERANCE * seen.texel {
-                return vec4f(seen.surface.radiance, max(high, 1e-30));
+                var light = vec4f(seen.surface.radiance, max(high, 1e-30));
+                @if(visibility) {
+                    let goal = ray_end(start + high * mirror, seen.surface.normal);
+                    light = select(vec4f(0.0), light, sees(ray_end(position, normal), goal));
+                }
+                return light;
             }
         }
         was_before = !is_behind;

@@ -15,8 +15,3 @@ fn level_start(level: u32, size: u32, views: u32) -> u32 {
 fn unpack_texel(place: vec4u, light: vec4u) -> LightSurface {
     return unpack_light(bitcast<vec3f>(place.xyz), light);
 }
-
-/// Largest channel.
-fn largest(light: vec3f) -> f32 {
-    return max(light.x, max(light.y, light.z));
-}

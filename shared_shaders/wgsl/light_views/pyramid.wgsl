@@ -1,9 +1,9 @@
 // One level of the pyramid over the lights' views from the four children of each texel. One child stands for all four, drawn
 // in proportion to the power that it sends and with its light divided by how often it is drawn: the mean over frames is what
 // the children send, from where they are and where they face. Nothing is averaged across an edge.
-import package::common::math::random3;
+import package::common::math::{largest, random3};
 import package::common::view::View;
-import package::light_views::light_pyramid::{level_start, unpack_texel, largest};
+import package::light_views::light_pyramid::{level_start, unpack_texel};
 import package::light_views::light_surface::pack_light;
 
 struct Params {

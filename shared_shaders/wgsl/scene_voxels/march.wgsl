@@ -1,9 +1,5 @@
 // A segment through the grid of cubes, cube by cube (Amanatides & Woo 1987).
 
-// Ends stand clear of their own surface's cubes: a plane through a cube's corner leaves the cube by less than its
-// diagonal, 1.73 widths.
-const CLEAR: f32 = 1.75;
-
 struct Walk {
     cube: vec3i,
     stride: vec3i,

@@ -1,18 +1,50 @@
 // Whether two places of the scene see each other, by its grid of cubes.
 import package::scene_voxels::grid::{Grid, word_index, grid_position};
-import package::scene_voxels::march::{CLEAR, begin_walk, way_out, next_cube};
+import package::scene_voxels::march::{begin_walk, way_out, next_cube};
 
 @group(0) @binding(20) var<storage, read> grid: Grid;
 @group(0) @binding(21) var<storage, read> cubes: array<u32>;
 
-/// Where a ray to or from a surface begins, in cubes; place and normal in world space.
-fn clear_of(position: vec3f, normal: vec3f) -> vec3f {
-    return grid_position(grid, position + normal * (CLEAR * grid.width));
+// A surface at either end of a ray: its place in cubes, and its normal.
+struct RayEnd {
+    place: vec3f,
+    normal: vec3f,
 }
 
-/// Whether nothing in the grid stands between two places, in cubes.
-fn sees(start: vec3f, goal: vec3f) -> bool {
-    var walk = begin_walk(start, goal);
+/// Surfaces bend: they rise this far above their planes, in cubes, at most.
+const BEND: f32 = 0.3;
+/// Share of what keeps a ray clear of its ends that lifts it off them along their normals; the rest of it is left out of
+/// the ray itself. Lifts alone carry grazing rays over what stands near; rays that only begin later pass through it.
+const LIFT: f32 = 0.5;
+
+/// Place and normal in world space.
+fn ray_end(position: vec3f, normal: vec3f) -> RayEnd {
+    return RayEnd(grid_position(grid, position), normal);
+}
+
+/// How far above the plane of a surface a ray is clear of the surface's own cubes, in cubes: a cube that a plane crosses
+/// reaches |n.x| + |n.y| + |n.z| above it at most, 1 along an axis and 1.73 along a diagonal.
+fn clearance(end: RayEnd) -> f32 {
+    return abs(end.normal.x) + abs(end.normal.y) + abs(end.normal.z) + BEND;
+}
+
+/// Share of the way to leave out at an end, from which the way rises by `slope` above the end's plane; the whole way or
+/// more where it never gets clear of it.
+fn left_out(clear: f32, slope: f32) -> f32 {
+    return (1.0 - LIFT) * clear / max(slope, 1e-9);
+}
+
+/// Whether nothing in the grid stands between two surfaces.
+fn sees(receiver: RayEnd, source: RayEnd) -> bool {
+    let clear = vec2f(clearance(receiver), clearance(source));
+    let lifted = receiver.place + LIFT * clear.x * receiver.normal;
+    let way = source.place + LIFT * clear.y * source.normal - lifted;
+    let first = left_out(clear.x, dot(way, receiver.normal));
+    let last = 1.0 - left_out(clear.y, -dot(way, source.normal));
+    if first >= last {
+        return true;
+    }
+    var walk = begin_walk(lifted + first * way, lifted + last * way);
     var blocked = false;
     // A segment crosses at most as many borders as there are cubes along the three axes.
     let most = grid.size.x + grid.size.y + grid.size.z;

@@ -147,6 +147,7 @@ fn light_space_plans(scene: &Scene) -> Vec<FramePlan> {
         &[("recompute_below", "0.1")],
         &[("recompute_below", "0.1"), ("sources", "screen"), ("storage", "float32")],
         &[("weighting", "pattern"), ("ambient_occlusion", "both")],
+        &[("weighting", "pattern"), ("visibility", "off")],
         &[("weighting", "published"), ("sources", "lights"), ("storage", "float32"), ("ambient_occlusion", "screen")],
         &[("weighting", "published"), ("sources", "screen"), ("specular", "both"), ("ambient_occlusion", "both")],
         &[("weighting", "pattern"), ("sources", "lights"), ("specular", "screen"), ("temporal_a", "0.9")],
@@ -186,7 +187,7 @@ fn every_plan() -> Vec<FramePlan> {
         polished.lights = vec![scenes::sun(); lights];
         glossy.extend(["screen", "both"].into_iter().flat_map(|specular| {
             let values = [("specular", specular), ("ambient_occlusion", "both"), ("temporal_a", "0.9")];
-            ["radiometric", "published"]
+            ["radiometric", "pattern", "published"]
                 .map(|weighting| plan(&polished, "hybrid", &[&values[..], &[("weighting", weighting)]].concat(), SIZE))
         }));
     }

@@ -2,12 +2,13 @@
 
 use wgpu::TextureFormat as Format;
 
-use super::{Hybrid, Sources, Weighting};
+use super::{Hybrid, Sources, Weighting, constants};
 use crate::{
     frame::variant,
     light_views::LightMaps,
     plan::{FramePlan, Part, ResourceId},
     resolution::Level,
+    scene_voxels::SceneVoxels,
     shadow::ShadowLayer,
 };
 
@@ -59,15 +60,24 @@ impl<'a> Patterns<'a> {
         self.parameters.weighting == Weighting::Published
     }
 
-    /// Plans the part of one light's view.
-    pub(super) fn add(&mut self, plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer) {
+    /// Plans the part of one light's view. Through `voxels`, what stands in between hides.
+    pub(super) fn add(
+        &mut self,
+        plan: &mut FramePlan,
+        maps: &LightMaps,
+        index: usize,
+        view: &ShadowLayer,
+        voxels: Option<SceneVoxels>,
+    ) {
         let Self { parameters, level, radius, weight, ref sums, passes } = *self;
         let further = passes > 0;
-        let shader = variant("hybrid/pattern_far", &[("published", self.published()), ("further", further)]);
+        let features = [("published", self.published()), ("further", further), ("visibility", voxels.is_some())];
+        let shader = variant("hybrid/pattern_far", &features);
         let outer = if parameters.far_radius > 0.0 { parameters.far_radius } else { SHELL * radius };
         let inner = if parameters.sources == Sources::Lights { 0.0 } else { radius.min(outer) };
         let mut pass = plan
             .pass(Part::Technique, format!("rsm_{index}"), shader)
+            .constants(&constants(parameters))
             .param("world_to_clip", view.world_to_clip)
             .param("scale", level.scale as f32)
             .param("inner", inner)
@@ -82,6 +92,9 @@ impl<'a> Patterns<'a> {
             .because("points of the shell around the small hemisphere, projected into what a light sees");
         if further {
             pass = pass.bind("partial_sum", sums[(passes + 1) % 2]);
+        }
+        if let Some(voxels) = voxels {
+            pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
         }
         pass.over(level.size);
         self.passes += 1;

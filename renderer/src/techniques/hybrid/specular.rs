@@ -9,6 +9,7 @@ use crate::{
     frame::variant,
     light_views::LightMaps,
     plan::{FramePlan, Part, ResourceId},
+    scene_voxels::SceneVoxels,
     shadow::ShadowLayer,
     techniques::Inputs,
 };
@@ -30,7 +31,7 @@ impl<'a> Specular<'a> {
     /// Plans the march on the screen, once for all lights; nothing where no material is glossy or the setting is off.
     pub(super) fn new(plan: &mut FramePlan, inputs: &'a Inputs, parameters: &Hybrid) -> Option<Self> {
         let material = inputs.material.filter(|_| parameters.specular != Views::Off)?;
-        let scene = inputs.scene?;
+        let scene = inputs.scene.filter(|scene| scene.glossy)?;
         let materials = plan.scene_buffer("scene.materials", "glossy materials");
         let size = plan.display_size;
         let mirror_map = plan.texture("mirror_map", size, Format::R32Uint, "pixels that mirror directions meet");
@@ -62,20 +63,35 @@ impl<'a> Specular<'a> {
             passes: 0,
         };
         if views == 0 {
-            specular.show(plan, None);
+            specular.show(plan, None, None);
         }
         Some(specular)
     }
 
-    /// Plans the part of one light's view.
-    pub(super) fn add(&mut self, plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer) {
-        self.show(plan, Some((maps, index, view)));
+    /// Plans the part of one light's view. Through `voxels`, what stands in between hides.
+    pub(super) fn add(
+        &mut self,
+        plan: &mut FramePlan,
+        maps: &LightMaps,
+        index: usize,
+        view: &ShadowLayer,
+        voxels: Option<SceneVoxels>,
+    ) {
+        self.show(plan, Some((maps, index, view)), voxels);
         self.passes += 1;
     }
 
-    fn show(&self, plan: &mut FramePlan, light: Option<(&LightMaps, usize, &ShadowLayer)>) {
+    fn show(
+        &self,
+        plan: &mut FramePlan,
+        light: Option<(&LightMaps, usize, &ShadowLayer)>,
+        voxels: Option<SceneVoxels>,
+    ) {
         let further = self.passes > 0;
-        let shader = variant("hybrid/specular", &[("lights", light.is_some()), ("further", further)]);
+        let shader = variant(
+            "hybrid/specular",
+            &[("lights", light.is_some()), ("further", further), ("visibility", voxels.is_some())],
+        );
         let (name, reason) = match light {
             Some((_, index, _)) => {
                 (format!("specular_{index}"), "where the screen shows nothing, what a light sees there")
@@ -104,6 +120,9 @@ impl<'a> Specular<'a> {
                 .param("reach", self.reach)
                 .bind("place", maps.place)
                 .bind("light", maps.light);
+        }
+        if let Some(voxels) = voxels {
+            pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
         }
         pass.over(size);
     }

@@ -3,9 +3,11 @@
 // first surface from the light is lit by it, so no shadow is looked up. With `receive_only`, some surfaces send nothing on.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{LARGEST_RADIANCE, PI};
-import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vertex_normal, light_incidence, NO_TEXTURE};
+import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vertex_normal, light_incidence};
+@if(textured) import package::common::scene::NO_TEXTURE;
 @if(moving) import package::common::scene::{Object, transform_normal};
-@if(alpha_tested || textured) import package::common::texture_pool::{texture_footprint, filter_footprint};
+@if(alpha_tested) import package::common::scene_textures::is_hole;
+@if(textured) import package::common::scene_textures::sample_texture;
 import package::light_views::light_surface::pack_light;
 
 struct Params {
@@ -20,10 +22,9 @@ struct Params {
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> materials: array<Material>;
 @group(0) @binding(3) var<storage, read> lights: array<Light>;
-@if(alpha_tested || textured) @group(0) @binding(4) var<storage, read> texels: array<u32>;
-@if(moving) @group(0) @binding(5) var<storage, read> objects: array<Object>;
+@if(moving) @group(0) @binding(4) var<storage, read> objects: array<Object>;
 // One word a material: 1 where it only receives.
-@if(receive_only) @group(0) @binding(6) var<storage, read> receive_only: array<u32>;
+@if(receive_only) @group(0) @binding(5) var<storage, read> receive_only: array<u32>;
 
 struct Varyings {
     @builtin(position) clip: vec4f,
@@ -55,19 +56,12 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
     return Varyings(clip, world.xyz, normal, source.uv, clip.w, source.material);
 }
 
-@if(alpha_tested || textured)
-fn sample_texture(start: u32, uv: vec2f) -> vec4f {
-    let footprint = texture_footprint(start, vec2u(texels[start], texels[start + 1u]), uv);
-    let i = footprint.indices;
-    return filter_footprint(vec4u(texels[i.x], texels[i.y], texels[i.z], texels[i.w]), footprint.weights);
-}
-
 @fragment
 fn fragment(in: Varyings) -> Targets {
     let flat_normal = cross(dpdx(in.position), dpdy(in.position));
     let material = materials[in.material];
     @if(alpha_tested) {
-        if material.alpha_texture != NO_TEXTURE && sample_texture(material.alpha_texture, in.uv).a < 0.5 {
+        if is_hole(material.alpha_texture, in.uv) {
             discard;
         }
     }

@@ -1,8 +1,9 @@
 // variants: alpha_tested, moving
 // Depth as one light (or one of the six faces around it) sees it.
-import package::common::scene::{Vertex, Material, NO_TEXTURE};
+import package::common::scene::Vertex;
+@if(alpha_tested) import package::common::scene::Material;
 @if(moving) import package::common::scene::Object;
-@if(alpha_tested) import package::common::texture_pool::{texture_footprint, filter_footprint};
+@if(alpha_tested) import package::common::scene_textures::is_hole;
 
 struct Params {
     world_to_clip: mat4x4f,
@@ -11,8 +12,7 @@ struct Params {
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @if(alpha_tested) @group(0) @binding(2) var<storage, read> materials: array<Material>;
-@if(alpha_tested) @group(0) @binding(3) var<storage, read> texels: array<u32>;
-@if(moving) @group(0) @binding(4) var<storage, read> objects: array<Object>;
+@if(moving) @group(0) @binding(3) var<storage, read> objects: array<Object>;
 
 struct Varyings {
     @builtin(position) clip: vec4f,
@@ -39,13 +39,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
 @if(alpha_tested)
 @fragment
 fn fragment(in: Varyings) {
-    let start = materials[in.material].alpha_texture;
-    if start != NO_TEXTURE {
-        let footprint = texture_footprint(start, vec2u(texels[start], texels[start + 1u]), in.uv);
-        let i = footprint.indices;
-        let words = vec4u(texels[i.x], texels[i.y], texels[i.z], texels[i.w]);
-        if filter_footprint(words, footprint.weights).a < 0.5 {
-            discard;
-        }
+    if is_hole(materials[in.material].alpha_texture, in.uv) {
+        discard;
     }
 }

@@ -1,5 +1,5 @@
-// variants: alpha_tested, moving
-// Depth as one light (or one of the six faces around it) sees it.
+// variants: alpha_tested, moving, triangles
+// Depth as one light (or one of the six faces around it) sees it, with `triangles` also which triangle is seen.
 import package::common::scene::Vertex;
 @if(alpha_tested) import package::common::scene::Material;
 @if(moving) import package::common::scene::Object;
@@ -13,17 +13,25 @@ struct Params {
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @if(alpha_tested) @group(0) @binding(2) var<storage, read> materials: array<Material>;
 @if(moving) @group(0) @binding(3) var<storage, read> objects: array<Object>;
+@if(triangles) @group(0) @binding(4) var<storage, read> indices: array<u32>;
 
 struct Varyings {
     @builtin(position) clip: vec4f,
     @if(alpha_tested) @location(0) uv: vec2f,
     @if(alpha_tested) @location(1) @interpolate(flat, either) material: u32,
+    // From 1; 0 is nothing.
+    @if(triangles) @location(2) @interpolate(flat, either) triangle: u32,
 }
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
-    let source = vertices[index];
+    // Not every browser has the number of a primitive: corner i is that of triangle i / 3.
+    @if(triangles) let source = vertices[indices[index]];
+    @if(!triangles) let source = vertices[index];
     var out: Varyings;
+    @if(triangles) {
+        out.triangle = index / 3u + 1u;
+    }
     var world = vec4f(source.position, 1.0);
     @if(moving) {
         world = objects[source.object].to_world * world;
@@ -36,7 +44,18 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
     return out;
 }
 
-@if(alpha_tested)
+@if(triangles)
+@fragment
+fn fragment(in: Varyings) -> @location(0) u32 {
+    @if(alpha_tested) {
+        if is_hole(materials[in.material].alpha_texture, in.uv) {
+            discard;
+        }
+    }
+    return in.triangle;
+}
+
+@if(alpha_tested && !triangles)
 @fragment
 fn fragment(in: Varyings) {
     if is_hole(materials[in.material].alpha_texture, in.uv) {

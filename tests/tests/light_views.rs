@@ -207,6 +207,7 @@ fn the_plan_has_what_scene_and_settings_need() {
         "pyramid_2",
         "pyramid_4",
         "light_view_0",
+        "lit_surfaces_0",
         "keep_0",
         "light_pyramid_1",
         "light_pyramid_2",
@@ -225,9 +226,9 @@ fn the_plan_has_what_scene_and_settings_need() {
     // A second sun brings a view; six faces look around a point light; levels and gather serve all.
     let mut other = scene.clone();
     other.lights.push(scenes::sun());
-    assert_eq!(names(&other, &[("sources", "lights")]).len(), lights.len() + 2);
+    assert_eq!(names(&other, &[("sources", "lights")]).len(), lights.len() + 3);
     other.lights = vec![Light::Point { position: [0.0, 2.0, 0.0], intensity: [1.0; 3] }];
-    assert_eq!(names(&other, &[("sources", "lights")]).len(), lights.len() + 10);
+    assert_eq!(names(&other, &[("sources", "lights")]).len(), lights.len() + 15);
     // Without lights nothing is left of them, and without the screen nothing at all.
     other.lights.clear();
     assert_eq!(names(&other, &[("sources", "both")]), screen);
@@ -243,9 +244,9 @@ fn the_plan_has_what_scene_and_settings_need() {
     other.materials[0].receive_only = true;
     assert_eq!(names(&other, &[("sources", "lights")]), ["source"]);
     // Flags are bound where some surface only receives.
-    let shader = |scene: &Scene| plan(scene, &[("sources", "lights")]).find("light_view_0").unwrap().shader.clone();
+    let shader = |scene: &Scene| plan(scene, &[("sources", "lights")]).find("lit_surfaces_0").unwrap().shader.clone();
     let mut silent = scene.clone();
     silent.materials[0].receive_only = true;
-    assert_eq!(shader(&scene), "light_views/light_view");
-    assert_eq!(shader(&silent), "light_views/light_view+receive_only");
+    assert_eq!(shader(&scene), "light_views/lit_surfaces");
+    assert_eq!(shader(&silent), "light_views/lit_surfaces+receive_only");
 }

@@ -42,6 +42,8 @@ pub(crate) struct LightMaps {
     size: u32,
 }
 
+const LIT_SURFACES: &str = "light_views/lit_surfaces";
+
 /// Needs the scene: an error where only textures were given.
 fn scene_of(inputs: &Inputs, technique: &str) -> Result<SceneInputs, SettingsError> {
     inputs.scene.ok_or_else(|| {
@@ -97,7 +99,7 @@ impl LightMaps {
         let features =
             [("textured", scene.textured), ("moving", scene.moving), ("receive_only", receive_only.is_some())];
         let mut pass = plan
-            .pass(Part::Technique, format!("lit_surfaces_{index}"), variant("light_views/lit_surfaces", &features))
+            .pass(Part::Technique, format!("lit_surfaces_{index}"), variant(LIT_SURFACES, &features))
             .param("world_to_clip", view.world_to_clip)
             .param("light", view.light)
             .param("texel_width", view.width / self.size as f32)
@@ -145,6 +147,18 @@ pub(crate) fn plan_light_maps(
         use_map(plan, &maps, index, view);
     }
     Ok(())
+}
+
+/// Leaves in the lights' views of a whole frame only those surfaces that its camera sees, to tell an error of light from
+/// the screen from one of light from elsewhere. False, and nothing changed, where the plan has no such views.
+pub fn send_only_what_is_seen(plan: &mut FramePlan) -> bool {
+    let Some(&depth) = plan.outputs.get("depth") else { return false };
+    let views = plan.passes.iter_mut().filter(|pass| pass.shader.starts_with(LIT_SURFACES));
+    let changed = views.map(|pass| {
+        pass.shader.push_str("+seen");
+        pass.bindings.push(("depth", depth));
+    });
+    changed.count() > 0
 }
 
 /// Bytes of a buffer that every device binds: WebGPU's default.

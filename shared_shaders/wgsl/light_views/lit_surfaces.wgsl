@@ -1,13 +1,14 @@
-// variants: textured, moving, receive_only
+// variants: textured, moving, receive_only, seen
 // What one light (or one of the six faces around it) sees: a reflective shadow map (Dachsbacher & Stamminger 2005), made
 // from the number of the first triangle on each texel's ray. That surface is lit, so no shadow is looked up. With
-// `receive_only`, some surfaces send nothing on.
+// `receive_only`, some surfaces send nothing on; with `seen`, those that the camera does not see.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{LARGEST_RADIANCE, PI};
 import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vertex_normal, light_incidence};
 @if(moving) import package::common::scene::{Object, transform_normal};
 @if(textured) import package::common::scene::NO_TEXTURE;
 @if(textured) import package::common::scene_textures::sample_texture;
+@if(seen) import package::common::view::{View, pixel_of, view_position};
 import package::light_views::light_surface::pack_light;
 
 struct Params {
@@ -32,6 +33,12 @@ struct Params {
 @group(0) @binding(8) var place: texture_storage_2d<rgba32float, write>;
 // `pack_light`.
 @group(0) @binding(9) var light: texture_storage_2d<rgba32uint, write>;
+@if(seen) @group(0) @binding(10) var<uniform> view: View;
+@if(seen) @group(0) @binding(11) var depth: texture_2d<f32>;
+
+// A pixel shows a surface where its depth differs from that of the surface's plane by less than this share.
+@if(seen)
+const SAME_DEPTH: f32 = 0.01;
 
 struct Corner {
     world: vec3f,
@@ -68,6 +75,22 @@ fn weights_at(ndc: vec2f, a: vec3f, b: vec3f, c: vec3f) -> vec3f {
     let inside = max(edges * sign(edges.x + edges.y + edges.z), vec3f(0.0));
     let sum = inside.x + inside.y + inside.z;
     return select(vec3f(1.0 / 3.0), inside / sum, sum > 0.0);
+}
+
+/// Whether the camera sees this place, on the side that faces along `normal`; both in world space.
+@if(seen)
+fn is_seen(place: vec3f, normal: vec3f) -> bool {
+    let p = (view.world_to_view * vec4f(place, 1.0)).xyz;
+    let n = (view.world_to_view * vec4f(normal, 0.0)).xyz;
+    if p.z >= 0.0 || any(abs(p.xy) > view.tan_half_fov * -p.z) || dot(n, p) >= 0.0 {
+        return false;
+    }
+    let pixel = min(vec2u(pixel_of(p, view.tan_half_fov, view.display_size)), vec2u(view.display_size) - 1u);
+    let shown = textureLoad(depth, pixel, 0).x;
+    // The surface's plane on the ray through the pixel's centre; seen edge-on it says nothing.
+    let along = view_position((vec2f(pixel) + 0.5) / view.display_size, 1.0, view.tan_half_fov);
+    let plane = dot(n, p) / dot(n, along);
+    return min(abs(shown - plane), abs(shown + p.z)) < SAME_DEPTH * shown;
 }
 
 @compute @workgroup_size(8, 8)
@@ -122,6 +145,9 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
         across *= depth * depth * depth / max(incidence.distance, 1e-30);
     }
     let area = across / max(cosine, MIN_COS_BETA);
+    @if(seen) {
+        albedo *= f32(is_seen(position, normal));
+    }
     textureStore(place, id.xy, vec4f(position, 1.0));
     textureStore(light, id.xy, pack_light(area, normal, irradiance * albedo / PI));
 }

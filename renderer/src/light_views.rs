@@ -88,7 +88,7 @@ impl LightMaps {
             .param("world_to_clip", view.world_to_clip)
             .bind("vertices", vertices)
             .bind("indices", indices)
-            .because("what a light lights sends light on");
+            .because("which triangles a light sees");
         if let (true, Some(texels)) = (scene.alpha_tested, texels) {
             pass = pass.bind("materials", materials).bind("texels", texels);
         }
@@ -110,7 +110,7 @@ impl LightMaps {
             .bind("triangles", self.triangles)
             .bind("place", self.place)
             .bind("light", self.light)
-            .because("where they are and what they send");
+            .because("what a light lights sends light on");
         if let (true, Some(texels)) = (scene.textured, texels) {
             pass = pass.bind("texels", texels);
         }

@@ -86,7 +86,7 @@ impl Maker<'_> {
                 draw(&pass.shader.replacen(ALPHA_TESTED, "", 1), scene.without_cut_outs.clone()),
                 draw(&pass.shader, scene.cut_out.clone()),
             ],
-            false => vec![draw(&pass.shader, vec![0..scene.index_count])],
+            false => vec![draw(&pass.shader, std::iter::once(0..scene.index_count).collect())],
         }
     }
 

@@ -77,6 +77,7 @@ impl LightMaps {
     ) {
         let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
         let indices = plan.scene_buffer("scene.indices", "its triangles");
+        let corners = plan.scene_buffer("scene.corners", "the numbers of its triangles");
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
         let lights = plan.scene_buffer("scene.lights", "the scene's lights");
         let texels = (scene.textured || scene.alpha_tested)
@@ -87,7 +88,7 @@ impl LightMaps {
             .pass(Part::Technique, format!("light_view_{index}"), variant("shadow/shadow_map", &features))
             .param("world_to_clip", view.world_to_clip)
             .bind("vertices", vertices)
-            .bind("indices", indices)
+            .bind("corners", corners)
             .because("which triangles a light sees");
         if let (true, Some(texels)) = (scene.alpha_tested, texels) {
             pass = pass.bind("materials", materials).bind("texels", texels);

@@ -146,8 +146,8 @@ pub enum Work {
         size: [u32; 2],
     },
     /// The scene's triangles (entry points `vertex` and, where the shader has one, `fragment`); of a variant
-    /// `alpha_tested` those of meshes without cut-outs by the variant without it. Where the shader binds `indices`, it
-    /// looks up each corner itself.
+    /// `alpha_tested` those of meshes without cut-outs by the variant without it. Where the shader binds `corners`, its
+    /// vertices are those, and each triangle begins with one of its own.
     Draw {
         /// Colour targets, cleared to zero.
         targets: Vec<ResourceId>,

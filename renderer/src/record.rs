@@ -86,9 +86,8 @@ enum ReadyPass {
 struct Draw {
     pipeline: wgpu::RenderPipeline,
     group: Option<wgpu::BindGroup>,
-    indices: Vec<Range<u32>>,
-    /// Whether the shader looks up the indices itself, so that each corner of each triangle is a vertex of its own.
-    corners: bool,
+    indices: wgpu::Buffer,
+    ranges: Vec<Range<u32>>,
 }
 
 struct Timer {
@@ -174,7 +173,7 @@ impl Recording {
                     usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
                     mapped_at_creation: false,
                 })),
-                (ResourceKind::External, Some(scene)) => scene.by_name(&resource.name).cloned(),
+                (ResourceKind::External, Some(scene)) => scene.by_name(gpu, &resource.name).cloned(),
                 _ => data.clone(),
             })
             .collect();
@@ -424,17 +423,12 @@ impl Recording {
                     })
                     .collect();
                 let mut pass = render_pass(encoder, label, &attachments, (depth, wgpu::StoreOp::Store), timestamps);
-                if let Some(indices) = &self.indices {
-                    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-                }
                 for draw in draws {
                     pass.set_pipeline(&draw.pipeline);
                     pass.set_bind_group(0, &draw.group, &[]);
-                    for range in draw.indices.iter().cloned() {
-                        match draw.corners {
-                            true => pass.draw(range, 0..1),
-                            false => pass.draw_indexed(range, 0, 0..1),
-                        }
+                    pass.set_index_buffer(draw.indices.slice(..), wgpu::IndexFormat::Uint32);
+                    for range in &draw.ranges {
+                        pass.draw_indexed(range.clone(), 0, 0..1);
                     }
                 }
             }

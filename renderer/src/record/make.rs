@@ -74,12 +74,13 @@ impl Maker<'_> {
     /// costs several times what depth alone costs.
     fn draws(&self, pass: &Pass, params: Option<&wgpu::Buffer>, formats: &[wgpu::TextureFormat]) -> Vec<Draw> {
         let Some(scene) = self.scene else { return Vec::new() };
-        let draw = |name: &str, indices: Vec<Range<u32>>| {
+        let draw = |name: &str, ranges: Vec<Range<u32>>| {
             let shader = known_shader(name);
             let pipeline = self.gpu.render_pipeline(shader, &pass.constants, formats, false);
             let group = self.group(pass, shader, params, 0, |index| pipeline.get_bind_group_layout(index));
-            let corners = bindings_of(shader).iter().any(|binding| binding.name == "indices");
-            Draw { pipeline, group, indices, corners }
+            let numbered = bindings_of(shader).iter().any(|binding| binding.name == "corners");
+            let indices = if numbered { &scene.numbered(self.gpu).indices } else { &scene.indices };
+            Draw { pipeline, group, indices: indices.clone(), ranges }
         };
         match pass.shader.contains(ALPHA_TESTED) {
             true => vec![

@@ -13,24 +13,24 @@ struct Params {
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @if(alpha_tested) @group(0) @binding(2) var<storage, read> materials: array<Material>;
 @if(moving) @group(0) @binding(3) var<storage, read> objects: array<Object>;
-@if(triangles) @group(0) @binding(4) var<storage, read> indices: array<u32>;
+// A vertex, and the number of the triangle that begins with it (`NumberedTriangles` of renderer/src/scene_buffers.rs).
+@if(triangles) @group(0) @binding(4) var<storage, read> corners: array<vec2u>;
 
 struct Varyings {
     @builtin(position) clip: vec4f,
     @if(alpha_tested) @location(0) uv: vec2f,
     @if(alpha_tested) @location(1) @interpolate(flat, either) material: u32,
-    // From 1; 0 is nothing.
-    @if(triangles) @location(2) @interpolate(flat, either) triangle: u32,
+    // From 1; 0 is nothing. That of the triangle's first corner.
+    @if(triangles) @location(2) @interpolate(flat, first) triangle: u32,
 }
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
-    // Not every browser has the number of a primitive: corner i is that of triangle i / 3.
-    @if(triangles) let source = vertices[indices[index]];
+    @if(triangles) let source = vertices[corners[index].x];
     @if(!triangles) let source = vertices[index];
     var out: Varyings;
     @if(triangles) {
-        out.triangle = index / 3u + 1u;
+        out.triangle = corners[index].y;
     }
     var world = vec4f(source.position, 1.0);
     @if(moving) {

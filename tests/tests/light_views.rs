@@ -10,7 +10,7 @@ use halflight_renderer::{
     plan_frame,
     truth::{Request, Stop},
 };
-use halflight_scenes::{Light, Material, Scene};
+use halflight_scenes::{Light, Material, Scene, Texture};
 use halflight_tests::{device, frames, known, mean_luminance, request, scenes, settings};
 
 const SIZE: [u32; 2] = [64, 36];
@@ -106,7 +106,8 @@ fn what_the_lights_see_agrees_with_truth_in_absolute_units() {
     }
 }
 
-/// Where a ray of double precision first meets the scene, and the normal there, interpolated; `None` in the open.
+/// Where a ray of double precision first meets the scene, and the normal there, interpolated; `None` in the open. The left
+/// half of an alpha texture is a hole.
 fn first_hit(scene: &Scene, from: DVec3, along: DVec3) -> Option<(DVec3, DVec3)> {
     let triangles = scene.meshes.iter().flat_map(|mesh| mesh.indices.chunks_exact(3).map(move |at| (mesh, at)));
     let hits = triangles.filter_map(|(mesh, at)| {
@@ -119,7 +120,10 @@ fn first_hit(scene: &Scene, from: DVec3, along: DVec3) -> Option<(DVec3, DVec3)>
         let q = (from - a).cross(ab);
         let (b, c) = ((from - a).dot(p) / determinant, along.dot(q) / determinant);
         let distance = ac.dot(q) / determinant;
-        let inside = b >= 0.0 && c >= 0.0 && b + c <= 1.0 && distance > 0.0;
+        let u = |i: usize| f64::from(mesh.uvs[at[i] as usize][0]);
+        let hole = scene.materials[mesh.material].alpha_texture.is_some()
+            && (u(0) * (1.0 - b - c) + u(1) * b + u(2) * c).fract() < 0.5;
+        let inside = b >= 0.0 && c >= 0.0 && b + c <= 1.0 && distance > 0.0 && !hole;
         let n = normal(0) * (1.0 - b - c) + normal(1) * b + normal(2) * c;
         inside.then_some((distance, n.normalize()))
     });
@@ -137,12 +141,27 @@ fn a_lights_view_shows_what_rays_of_double_precision_meet() {
             scenes::quad(Vec3::new(-0.9, 0.3, -1.2), Vec3::new(1.9, 0.9, 0.7), Vec3::new(0.0, 0.02, -0.05), 0);
         rod.normals[0] = Vec3::new(1.0, 1.0, 0.0).normalize().to_array();
         scene.meshes.push(rod);
+        // A panel over the floor, of which half is cut out.
+        scene.textures.push(Texture {
+            name: "half".into(),
+            width: 2,
+            height: 1,
+            rgba: vec![255, 255, 255, 0, 255, 255, 255, 255],
+        });
+        scene.materials.push(Material { alpha_texture: Some(scene.textures.len() - 1), ..scenes::grey(0.5) });
+        let mut panel =
+            scenes::quad(Vec3::new(-0.7, 0.5, 0.4), 1.2 * Vec3::X, -0.9 * Vec3::Z, scene.materials.len() - 1);
+        panel.uvs = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        scene.meshes.push(panel);
         scene.lights = vec![light];
         let session = Session::new(device(), &scene);
-        let mut frames = frames(&session, &request("rsm", &[("light_view_size", "64")], SIZE));
+        let mut frames =
+            frames(&session, &request("rsm", &[("light_view_size", "64"), ("direct.shadow_map_size", "64")], SIZE));
         frames.run(0).unwrap();
         let read = |texture: &str| frames.read_bytes(texture).unwrap().unwrap();
         let (place, light) = (read("light_view_place"), read("light_view_light"));
+        // As large, the shadow map has the same rays; of a point light it is another face that is read.
+        let shadow = Some(read("shadow_maps")).filter(|_| name != "point");
         let words = |bytes: &[u8]| -> Vec<u32> {
             bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect()
         };
@@ -167,6 +186,11 @@ fn a_lights_view_shows_what_rays_of_double_precision_meet() {
             if area == 0.0 || found.distance(wanted) > 1e-4 {
                 others += 1;
                 continue;
+            }
+            if let Some(shadow) = &shadow {
+                let depth = f64::from(f32::from_bits(words(&shadow[4 * texel..][..4])[0]));
+                let expected = to_clip.project_point3(wanted).z;
+                assert!((depth - expected).abs() < 1e-5, "{name}, {x} {y}: shadow map {depth}, ray {expected}");
             }
             // What the texel covers: across the ray, then along the surface.
             let width = f64::from(view.width) / f64::from(TEXELS);

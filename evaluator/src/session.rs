@@ -88,8 +88,19 @@ impl<'a> Session<'a> {
     /// # Errors
     /// A setting out of range, or a size that the device cannot hold.
     pub fn frames(&self, request: &Request) -> Result<Frames<'a>, Error> {
+        self.frames_changed(request, |_| ())
+    }
+
+    /// As [`Session::frames`], by a plan that `change` was at.
+    ///
+    /// # Errors
+    /// As [`Session::frames`].
+    pub fn frames_changed(&self, request: &Request, change: impl FnOnce(&mut FramePlan)) -> Result<Frames<'a>, Error> {
         let direct = if request.direct.is_some() { DirectSource::Given } else { DirectSource::Rendered };
-        let plan = plan_frame(&self.facts, request.technique, &request.settings, request.size, direct);
+        let mut plan = plan_frame(&self.facts, request.technique, &request.settings, request.size, direct);
+        if let Ok(plan) = &mut plan {
+            change(plan);
+        }
         let mut externals = Externals { scene: Some(&self.buffers), ..Default::default() };
         if let Some(direct) = request.direct {
             externals.textures.insert("direct", upload(&self.native.gpu, request.size, direct));

@@ -36,6 +36,7 @@ pub use frame::{
     plan_technique_of_scene,
 };
 pub use gpu::Gpu;
+pub use light_views::send_only_what_is_seen;
 pub use motion::SceneMotion;
 pub use record::{Externals, PassTime, Recording};
 pub use scene_buffers::SceneBuffers;

@@ -37,9 +37,12 @@ pub(crate) struct LightMaps {
     pub(crate) place: ResourceId,
     /// Its area, its normal and the radiance that it sends on.
     pub(crate) light: ResourceId,
+    triangles: ResourceId,
     depth: ResourceId,
     size: u32,
 }
+
+const LIT_SURFACES: &str = "light_views/lit_surfaces";
 
 /// Needs the scene: an error where only textures were given.
 fn scene_of(inputs: &Inputs, technique: &str) -> Result<SceneInputs, SettingsError> {
@@ -57,12 +60,13 @@ impl LightMaps {
         Self {
             place: map("light_view_place", Format::Rgba32Float, "what a light sees, one after another"),
             light: map("light_view_light", Format::Rgba32Uint, "what it sends there"),
+            triangles: map("light_view_triangles", Format::R32Uint, "which triangle a light sees"),
             depth: map("light_view_depth_test", Gpu::DEPTH_FORMAT, "hidden surfaces"),
             size,
         }
     }
 
-    /// Plans the drawing of one view.
+    /// Plans one view: which triangle each texel shows, then what that surface sends on.
     fn draw(
         &self,
         plan: &mut FramePlan,
@@ -72,27 +76,43 @@ impl LightMaps {
         view: &ShadowLayer,
     ) {
         let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
+        let indices = plan.scene_buffer("scene.indices", "its triangles");
+        let corners = plan.scene_buffer("scene.corners", "the numbers of its triangles");
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
         let lights = plan.scene_buffer("scene.lights", "the scene's lights");
         let texels = (scene.textured || scene.alpha_tested)
             .then(|| plan.scene_buffer("scene.texels", "materials with textures"));
         let objects = scene.moving.then(|| plan.scene_buffer("scene.objects", "objects move"));
-        let features = [
-            ("alpha_tested", scene.alpha_tested),
-            ("textured", scene.textured),
-            ("moving", scene.moving),
-            ("receive_only", receive_only.is_some()),
-        ];
+        let features = [("alpha_tested", scene.alpha_tested), ("moving", scene.moving), ("triangles", true)];
         let mut pass = plan
-            .pass(Part::Technique, format!("light_view_{index}"), variant("light_views/light_view", &features))
+            .pass(Part::Technique, format!("light_view_{index}"), variant("shadow/shadow_map", &features))
+            .param("world_to_clip", view.world_to_clip)
+            .bind("vertices", vertices)
+            .bind("corners", corners)
+            .because("which triangles a light sees");
+        if let (true, Some(texels)) = (scene.alpha_tested, texels) {
+            pass = pass.bind("materials", materials).bind("texels", texels);
+        }
+        if let Some(objects) = objects {
+            pass = pass.bind("objects", objects);
+        }
+        pass.draw(vec![self.triangles], (self.depth, 0));
+        let features =
+            [("textured", scene.textured), ("moving", scene.moving), ("receive_only", receive_only.is_some())];
+        let mut pass = plan
+            .pass(Part::Technique, format!("lit_surfaces_{index}"), variant(LIT_SURFACES, &features))
             .param("world_to_clip", view.world_to_clip)
             .param("light", view.light)
             .param("texel_width", view.width / self.size as f32)
             .bind("vertices", vertices)
+            .bind("indices", indices)
             .bind("materials", materials)
             .bind("lights", lights)
+            .bind("triangles", self.triangles)
+            .bind("place", self.place)
+            .bind("light", self.light)
             .because("what a light lights sends light on");
-        if let Some(texels) = texels {
+        if let (true, Some(texels)) = (scene.textured, texels) {
             pass = pass.bind("texels", texels);
         }
         if let Some(objects) = objects {
@@ -101,7 +121,7 @@ impl LightMaps {
         if let Some(flags) = receive_only {
             pass = pass.bind("receive_only", flags);
         }
-        pass.draw(vec![self.place, self.light], (self.depth, 0));
+        pass.over([self.size; 2]);
     }
 }
 
@@ -128,6 +148,18 @@ pub(crate) fn plan_light_maps(
         use_map(plan, &maps, index, view);
     }
     Ok(())
+}
+
+/// Leaves in the lights' views of a whole frame only those surfaces that its camera sees, to tell an error of light from
+/// the screen from one of light from elsewhere. False, and nothing changed, where the plan has no such views.
+pub fn send_only_what_is_seen(plan: &mut FramePlan) -> bool {
+    let Some(&depth) = plan.outputs.get("depth") else { return false };
+    let views = plan.passes.iter_mut().filter(|pass| pass.shader.starts_with(LIT_SURFACES));
+    let changed = views.map(|pass| {
+        pass.shader.push_str("+seen");
+        pass.bindings.push(("depth", depth));
+    });
+    changed.count() > 0
 }
 
 /// Bytes of a buffer that every device binds: WebGPU's default.

@@ -69,13 +69,13 @@ impl<'a> SceneMotion<'a> {
         };
         for (index, layer) in layers.iter().enumerate() {
             let values = [("world_to_clip", layer.world_to_clip.into())];
-            for pass in ["shadow", "rsm", "specular", "occlusion", "translucency"] {
+            for pass in ["shadow", "light_view", "rsm", "specular", "occlusion", "translucency"] {
                 recording.write_params(gpu, &format!("{pass}_{index}"), &values);
             }
             if let Some([size, _]) = size_of("light_view_place") {
                 let width = layer.width / size as f32;
                 let values = [values[0].clone(), ("texel_width", width.into())];
-                recording.write_params(gpu, &format!("light_view_{index}"), &values);
+                recording.write_params(gpu, &format!("lit_surfaces_{index}"), &values);
             }
         }
         recording.write_data(gpu, "light_projections", &light_projections(&layers));

@@ -145,7 +145,9 @@ pub enum Work {
         /// Invocations along x and y.
         size: [u32; 2],
     },
-    /// The scene's triangles (entry points `vertex` and, where the shader has one, `fragment`).
+    /// The scene's triangles (entry points `vertex` and, where the shader has one, `fragment`); of a variant
+    /// `alpha_tested` those of meshes without cut-outs by the variant without it. Where the shader binds `corners`, its
+    /// vertices are those, and each triangle begins with one of its own.
     Draw {
         /// Colour targets, cleared to zero.
         targets: Vec<ResourceId>,

@@ -6,7 +6,7 @@ use std::{
     sync::{Mutex, MutexGuard, PoisonError},
 };
 
-use halflight_shared_shaders::{Binding, BindingKind};
+use halflight_shared_shaders::{Binding, BindingKind, Shader};
 use serde::Serialize;
 
 use crate::{
@@ -45,7 +45,7 @@ pub struct Recording {
     /// The uniform block `previous`, one for each view, and its layout, where a pass looks at the frame before.
     previous: Option<(Vec<wgpu::Buffer>, &'static BindingKind)>,
     memory: Mutex<Memory>,
-    indices: Option<(wgpu::Buffer, u32)>,
+    indices: Option<wgpu::Buffer>,
     timer: Option<Timer>,
 }
 
@@ -70,8 +70,7 @@ enum ReadyPass {
         workgroups: [u32; 2],
     },
     Draw {
-        pipeline: wgpu::RenderPipeline,
-        group: Option<wgpu::BindGroup>,
+        draws: Vec<Draw>,
         colors: Vec<wgpu::TextureView>,
         depth: wgpu::TextureView,
     },
@@ -81,6 +80,14 @@ enum ReadyPass {
         target: wgpu::TextureView,
         indices: Vec<Range<u32>>,
     },
+}
+
+/// Some of the scene's triangles, drawn by one pipeline.
+struct Draw {
+    pipeline: wgpu::RenderPipeline,
+    group: Option<wgpu::BindGroup>,
+    indices: wgpu::Buffer,
+    ranges: Vec<Range<u32>>,
 }
 
 struct Timer {
@@ -166,7 +173,7 @@ impl Recording {
                     usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
                     mapped_at_creation: false,
                 })),
-                (ResourceKind::External, Some(scene)) => scene.by_name(&resource.name).cloned(),
+                (ResourceKind::External, Some(scene)) => scene.by_name(gpu, &resource.name).cloned(),
                 _ => data.clone(),
             })
             .collect();
@@ -200,7 +207,7 @@ impl Recording {
             view_layout,
             previous,
             memory: Mutex::new(memory),
-            indices: externals.scene.map(|scene| (scene.indices.clone(), scene.index_count)),
+            indices: externals.scene.map(|scene| scene.indices.clone()),
             timer: Timer::new(gpu, plan.passes.len()),
             plan,
             textures,
@@ -400,7 +407,7 @@ impl Recording {
                 pass.set_bind_group(0, &groups[turn], &[]);
                 pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);
             }
-            ReadyPass::Draw { pipeline, group, colors, depth } => {
+            ReadyPass::Draw { draws, colors, depth } => {
                 let attachments: Vec<_> = colors
                     .iter()
                     .map(|view| {
@@ -416,16 +423,18 @@ impl Recording {
                     })
                     .collect();
                 let mut pass = render_pass(encoder, label, &attachments, (depth, wgpu::StoreOp::Store), timestamps);
-                if let Some((indices, count)) = &self.indices {
-                    pass.set_pipeline(pipeline);
-                    pass.set_bind_group(0, group, &[]);
-                    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-                    pass.draw_indexed(0..*count, 0, 0..1);
+                for draw in draws {
+                    pass.set_pipeline(&draw.pipeline);
+                    pass.set_bind_group(0, &draw.group, &[]);
+                    pass.set_index_buffer(draw.indices.slice(..), wgpu::IndexFormat::Uint32);
+                    for range in &draw.ranges {
+                        pass.draw_indexed(range.clone(), 0, 0..1);
+                    }
                 }
             }
             ReadyPass::Voxelize { pipeline, group, target, indices } => {
                 let mut pass = render_pass(encoder, label, &[], (target, wgpu::StoreOp::Discard), timestamps);
-                if let Some((all, _)) = &self.indices {
+                if let Some(all) = &self.indices {
                     pass.set_pipeline(pipeline);
                     pass.set_bind_group(0, group, &[]);
                     pass.set_index_buffer(all.slice(..), wgpu::IndexFormat::Uint32);
@@ -536,7 +545,11 @@ fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {
 
 /// Distinct resource variables of a pass's shader.
 fn bindings(pass: &Pass) -> Vec<&'static Binding> {
-    let shader = known_shader(&pass.shader);
+    bindings_of(known_shader(&pass.shader))
+}
+
+/// Distinct resource variables of a shader.
+fn bindings_of(shader: &'static Shader) -> Vec<&'static Binding> {
     let mut all: Vec<&Binding> = Vec::new();
     for binding in shader.entry_points.iter().flat_map(|entry| entry.bindings) {
         if !all.iter().any(|other| other.name == binding.name) {

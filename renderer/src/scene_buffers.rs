@@ -1,6 +1,6 @@
 //! The scene on the device. Layouts are those of `common/scene.wgsl`.
 
-use std::ops::Range;
+use std::{ops::Range, sync::OnceLock};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, vec2};
@@ -89,6 +89,19 @@ pub struct SceneBuffers {
     pub without_cut_outs: Vec<Range<u32>>,
     /// Number of lights; 0 for an unlit scene.
     pub light_count: u32,
+    /// What [`NumberedTriangles`] are made from, where a plan asks for them.
+    vertex_count: u32,
+    corners: Vec<u32>,
+    numbered: OnceLock<NumberedTriangles>,
+}
+
+/// The triangles with their numbers, for browsers that do not tell a fragment the number of its triangle: the first corner
+/// of each, which a flat varying comes from, is one that no other triangle begins with.
+pub(crate) struct NumberedTriangles {
+    /// Index buffer into `corners`, in the order of the scene's.
+    pub(crate) indices: wgpu::Buffer,
+    /// `array<vec2u>`: a vertex, and the number from 1 of the triangle that begins with it.
+    corners: wgpu::Buffer,
 }
 
 impl SceneBuffers {
@@ -146,7 +159,25 @@ impl SceneBuffers {
             cut_out: ranges(scene, cut_out),
             without_cut_outs: ranges(scene, |mesh| !cut_out(mesh)),
             light_count: lights.len() as u32,
+            vertex_count: vertices.len() as u32,
+            corners: indices,
+            numbered: OnceLock::new(),
         }
+    }
+
+    /// The triangles with their numbers, made when the first plan asks for them.
+    pub(crate) fn numbered(&self, gpu: &Gpu) -> &NumberedTriangles {
+        self.numbered.get_or_init(|| {
+            let (mut indices, mut corners) = numbered(self.vertex_count, &self.corners);
+            if indices.is_empty() {
+                (indices, corners) = (vec![0; 3], vec![[0; 2]]);
+            }
+            let buffer = |label, bytes: &[u8], usage| gpu.filled_buffer(label, bytes, usage);
+            NumberedTriangles {
+                indices: buffer("numbered triangles", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
+                corners: buffer("scene.corners", bytemuck::cast_slice(&corners), wgpu::BufferUsages::STORAGE),
+            }
+        })
     }
 
     /// Takes over lights that moved or changed their brightness. Returns false, and changes nothing, where their number
@@ -160,13 +191,14 @@ impl SceneBuffers {
     }
 
     /// The buffer that a plan calls by this name, for example `scene.vertices`.
-    pub(crate) fn by_name(&self, name: &str) -> Option<&wgpu::Buffer> {
+    pub(crate) fn by_name(&self, gpu: &Gpu, name: &str) -> Option<&wgpu::Buffer> {
         match name.strip_prefix("scene.")? {
             "vertices" => Some(&self.vertices),
             "indices" => Some(&self.indices),
             "materials" => Some(&self.materials),
             "texels" => Some(&self.texels),
             "lights" => Some(&self.lights),
+            "corners" => Some(&self.numbered(gpu).corners),
             "objects" => self.objects.as_ref(),
             "environment" => self.environment.as_ref(),
             _ => None,
@@ -176,7 +208,8 @@ impl SceneBuffers {
     /// Bytes held on the device.
     pub fn bytes(&self) -> u64 {
         let all = [&self.vertices, &self.indices, &self.materials, &self.texels, &self.lights];
-        all.into_iter().chain(&self.objects).chain(&self.environment).map(wgpu::Buffer::size).sum()
+        let numbered = self.numbered.get().into_iter().flat_map(|numbered| [&numbered.indices, &numbered.corners]);
+        all.into_iter().chain(&self.objects).chain(&self.environment).chain(numbered).map(wgpu::Buffer::size).sum()
     }
 }
 
@@ -193,6 +226,23 @@ fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>) {
         indices.extend(mesh.indices.iter().map(|index| first + index));
     }
     (vertices, indices)
+}
+
+/// Indices, each triangle turned so that it begins with a corner that is its own, and those corners: a vertex and the
+/// number from 1 of the triangle that begins with it, or 0. A vertex is doubled where no other of a triangle is free.
+fn numbered(vertices: u32, indices: &[u32]) -> (Vec<u32>, Vec<[u32; 2]>) {
+    let mut corners: Vec<[u32; 2]> = (0..vertices).map(|vertex| [vertex, 0]).collect();
+    let mut turned = Vec::with_capacity(indices.len());
+    for (triangle, of) in indices.chunks_exact(3).enumerate() {
+        let free = (0..3).find(|&i| corners[of[i] as usize][1] == 0);
+        let (turn, first) = free.map_or((0, corners.len() as u32), |i| (i, of[i]));
+        if free.is_none() {
+            corners.push([of[0], 0]);
+        }
+        corners[first as usize][1] = triangle as u32 + 1;
+        turned.extend([first, of[(turn + 1) % 3], of[(turn + 2) % 3]]);
+    }
+    (turned, corners)
 }
 
 /// Ranges of indices of the wanted meshes; neighbours are joined.
@@ -361,4 +411,24 @@ pub(crate) fn lights(lights: &[Light]) -> Vec<GpuLight> {
             twin
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_triangle_begins_with_a_corner_of_its_own() {
+        // A fan around vertex 0, closed, and a triangle that has no free vertex left.
+        let fan = [0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1, 0, 1, 2, 1, 2, 3];
+        let (turned, corners) = numbered(5, &fan);
+        let vertex = |corner: &u32| corners[*corner as usize][0];
+        for (triangle, (own, of)) in turned.chunks_exact(3).zip(fan.chunks_exact(3)).enumerate() {
+            assert_eq!(corners[own[0] as usize][1], triangle as u32 + 1);
+            let own: Vec<u32> = own.iter().map(vertex).collect();
+            assert!((0..3).any(|turn| own == [of[turn], of[(turn + 1) % 3], of[(turn + 2) % 3]]), "{own:?} {of:?}");
+        }
+        // Five vertices serve five triangles, the sixth doubles one.
+        assert_eq!(corners.len(), 6);
+    }
 }

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 use halflight_evaluator::explain::{Explanation, Options};
-use halflight_scenes::{Material, Scene};
+use halflight_scenes::{Light, Material, Scene};
 use halflight_tests::{device, known, scenes, settings};
 
 /// A white floor and an emitting plate above its left edge, seen from the front: all on the screen, nothing hidden. The
@@ -103,4 +103,58 @@ fn one_level_that_does_not_reach() {
         &[("start_resolution", "full"), ("levels", "1"), ("radius", "3"), ("samples", "256"), ("disc_area", "texel")],
     );
     stands_alone(&explanation, "estimator and hierarchy", "another number of levels");
+}
+
+/// Two white walls that face each other, one before the camera and one behind it, of which a lamp lights one.
+fn two_walls(lit: Vec3) -> Scene {
+    Scene {
+        name: "two walls".into(),
+        meshes: vec![
+            scenes::quad(Vec3::new(-2.0, 0.0, -2.0), 4.0 * Vec3::X, 3.0 * Vec3::Y, 0),
+            scenes::quad(Vec3::new(2.0, 0.0, 2.0), -4.0 * Vec3::X, 3.0 * Vec3::Y, 0),
+            // A floor between them, which both light and the camera sees.
+            scenes::quad(Vec3::new(-2.0, 0.0, 2.0), 4.0 * Vec3::X, -4.0 * Vec3::Z, 0),
+        ],
+        materials: vec![scenes::grey(0.8)],
+        lights: vec![Light::Spot {
+            position: [0.0, 1.7, 0.0],
+            direction: lit.to_array(),
+            intensity: [10.0; 3],
+            half_angle_degrees: 30.0,
+            full_intensity_half_angle_degrees: 25.0,
+        }],
+        camera: scenes::camera([0.0, 1.8, 1.9], [0.0, 0.9, -2.0], 75.0),
+        ..Scene::default()
+    }
+}
+
+/// Settings of `hybrid` that leave no other error than `more` brings.
+fn hybrid(more: &[(&'static str, &'static str)]) -> Vec<(&'static str, &'static str)> {
+    let fine =
+        [("start_resolution", "full"), ("light_samples", "512"), ("samples_per_ray", "1"), ("screen_samples", "256")];
+    [&fine[..], more].concat()
+}
+
+#[test]
+fn light_from_off_the_screen_that_only_the_screen_is_asked_for() {
+    // All that is nearer than the radius comes from the screen, and the lit wall is behind the camera.
+    let explanation = explain(&two_walls(Vec3::Z), "hybrid", &hybrid(&[("radius", "100")]));
+    stands_alone(&explanation, "light from off the screen", "light_view_size");
+}
+
+#[test]
+fn light_from_the_screen_that_passes_through_an_occluder() {
+    let mut scene = two_walls(Vec3::NEG_Z);
+    // A black wall in the camera's own plane, over half of the floor, between the lit wall's right part and the left.
+    scene.materials.push(Material { albedo: [0.0; 3], ..Material::default() });
+    scene.meshes.push(scenes::quad(Vec3::new(0.0, 0.0, 1.0), -2.9 * Vec3::Z, 1.5 * Vec3::Y, 1));
+    scene.lights[0] = Light::Spot {
+        position: [0.8, 1.2, 0.0],
+        direction: [0.3, 0.0, -1.0],
+        intensity: [10.0; 3],
+        half_angle_degrees: 25.0,
+        full_intensity_half_angle_degrees: 20.0,
+    };
+    let explanation = explain(&scene, "hybrid", &hybrid(&[("sources", "lights"), ("visibility", "off")]));
+    stands_alone(&explanation, "light from the screen", "light_view_size");
 }

@@ -319,17 +319,17 @@ fn the_plan_has_what_scene_and_settings_need() {
     let screen = names(&scene, &[("sources", "screen")]);
     assert!(!screen.iter().any(|name| name.contains("light") || name.contains("voxels")), "{screen:?}");
     let both = names(&scene, &[]);
-    for name in ["light_view_0", "collect_0", "choose", "scene_voxels", "gather"] {
+    for name in ["light_view_0", "lit_surfaces_0", "collect_0", "choose", "scene_voxels", "gather"] {
         assert!(both.iter().any(|pass| pass == name), "{name}: {both:?}");
     }
     assert_eq!(names(&scene, &[("visibility", "off")]).len(), both.len() - 1);
-    // A second sun brings a view and its collection; what is done for the screen is done once.
+    // A second sun brings a view, its surfaces and their collection; what is done for the screen is done once.
     let mut two = scene.clone();
     two.lights.push(scenes::sun());
-    assert_eq!(names(&two, &[]).len(), both.len() + 2);
+    assert_eq!(names(&two, &[]).len(), both.len() + 3);
     // Six faces look around a point light.
     two.lights = vec![Light::Point { position: [0.0, 2.0, 0.0], intensity: [1.0; 3] }];
-    assert_eq!(names(&two, &[]).len(), both.len() + 10);
+    assert_eq!(names(&two, &[]).len(), both.len() + 15);
     // The paper's patterns need no choice of lights, and published weights no grid of cubes.
     for (weighting, tested) in [("published", false), ("pattern", true)] {
         let patterns = names(&scene, &[("weighting", weighting)]);

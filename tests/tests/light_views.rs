@@ -2,7 +2,7 @@
 //! scene, light from off the screen, plans.
 #![allow(clippy::unwrap_used)]
 
-use glam::Vec3;
+use glam::{DMat4, DVec3, DVec4, Vec3};
 use halflight_evaluator::{session::Session, truth::trace};
 use halflight_renderer::{
     SceneFacts,
@@ -10,7 +10,7 @@ use halflight_renderer::{
     plan_frame,
     truth::{Request, Stop},
 };
-use halflight_scenes::{Light, Material, Scene};
+use halflight_scenes::{Light, Material, Scene, Texture};
 use halflight_tests::{device, frames, known, mean_luminance, request, scenes, settings};
 
 const SIZE: [u32; 2] = [64, 36];
@@ -103,6 +103,118 @@ fn what_the_lights_see_agrees_with_truth_in_absolute_units() {
             // ray cost what comes from nearer than them, on both sides of the corner.
             assert!((ratio - 1.0).abs() < 0.05, "{name}, {how}: {ratio}");
         }
+    }
+}
+
+/// Where a ray of double precision first meets the scene, and the normal there, interpolated; `None` in the open. The left
+/// half of an alpha texture is a hole.
+fn first_hit(scene: &Scene, from: DVec3, along: DVec3) -> Option<(DVec3, DVec3)> {
+    let triangles = scene.meshes.iter().flat_map(|mesh| mesh.indices.chunks_exact(3).map(move |at| (mesh, at)));
+    let hits = triangles.filter_map(|(mesh, at)| {
+        let corner = |i: usize| Vec3::from(mesh.positions[at[i] as usize]).as_dvec3();
+        let normal = |i: usize| Vec3::from(mesh.normals[at[i] as usize]).as_dvec3();
+        // Moeller & Trumbore 1997.
+        let (a, ab, ac) = (corner(0), corner(1) - corner(0), corner(2) - corner(0));
+        let p = along.cross(ac);
+        let determinant = ab.dot(p);
+        let q = (from - a).cross(ab);
+        let (b, c) = ((from - a).dot(p) / determinant, along.dot(q) / determinant);
+        let distance = ac.dot(q) / determinant;
+        let u = |i: usize| f64::from(mesh.uvs[at[i] as usize][0]);
+        let hole = scene.materials[mesh.material].alpha_texture.is_some()
+            && (u(0) * (1.0 - b - c) + u(1) * b + u(2) * c).fract() < 0.5;
+        let inside = b >= 0.0 && c >= 0.0 && b + c <= 1.0 && distance > 0.0 && !hole;
+        let n = normal(0) * (1.0 - b - c) + normal(1) * b + normal(2) * c;
+        inside.then_some((distance, n.normalize()))
+    });
+    let (distance, normal) = hits.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some((from + distance * along, normal))
+}
+
+#[test]
+fn a_lights_view_shows_what_rays_of_double_precision_meet() {
+    const TEXELS: u32 = 64;
+    for (name, light) in lights() {
+        let mut scene = scenes::court();
+        // A rod narrower than a texel and twenty times as long as one, aslant, whose normals turn from end to end.
+        let mut rod =
+            scenes::quad(Vec3::new(-0.9, 0.3, -1.2), Vec3::new(1.9, 0.9, 0.7), Vec3::new(0.0, 0.02, -0.05), 0);
+        rod.normals[0] = Vec3::new(1.0, 1.0, 0.0).normalize().to_array();
+        scene.meshes.push(rod);
+        // A panel over the floor, of which half is cut out.
+        scene.textures.push(Texture {
+            name: "half".into(),
+            width: 2,
+            height: 1,
+            rgba: vec![255, 255, 255, 0, 255, 255, 255, 255],
+        });
+        scene.materials.push(Material { alpha_texture: Some(scene.textures.len() - 1), ..scenes::grey(0.5) });
+        let mut panel =
+            scenes::quad(Vec3::new(-0.7, 0.5, 0.4), 1.2 * Vec3::X, -0.9 * Vec3::Z, scene.materials.len() - 1);
+        panel.uvs = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        scene.meshes.push(panel);
+        scene.lights = vec![light];
+        let session = Session::new(device(), &scene);
+        let mut frames =
+            frames(&session, &request("rsm", &[("light_view_size", "64"), ("direct.shadow_map_size", "64")], SIZE));
+        frames.run(0).unwrap();
+        let read = |texture: &str| frames.read_bytes(texture).unwrap().unwrap();
+        let (place, light) = (read("light_view_place"), read("light_view_light"));
+        // As large, the shadow map has the same rays; of a point light it is another face that is read.
+        let shadow = Some(read("shadow_maps")).filter(|_| name != "point");
+        let words = |bytes: &[u8]| -> Vec<u32> {
+            bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect()
+        };
+        // Of a point light the last of six faces is left.
+        let view = frames.plan().light_views.last().unwrap();
+        let to_clip = view.world_to_clip.as_dmat4();
+        let to_world = to_clip.inverse();
+        let (mut shown, mut others) = (0, 0);
+        for (texel, (place, light)) in words(&place).chunks_exact(4).zip(words(&light).chunks_exact(4)).enumerate() {
+            let (x, y) = (texel as u32 % TEXELS, texel as u32 / TEXELS);
+            let ndc = [x, y].map(|v| (f64::from(v) + 0.5) / f64::from(TEXELS) * 2.0 - 1.0);
+            let at = |depth: f64| to_world.project_point3(DVec3::new(ndc[0], -ndc[1], depth));
+            let (from, along) = (at(1.0), (at(0.5) - at(1.0)).normalize());
+            let found = DVec3::from_array(std::array::from_fn(|i| f64::from(f32::from_bits(place[i]))));
+            let area = f64::from(f32::from_bits(light[0]));
+            let Some((wanted, normal)) = first_hit(&scene, from, along) else {
+                others += u32::from(area != 0.0);
+                continue;
+            };
+            shown += 1;
+            // Depth at the texel differs by rounding; a neighbour across an edge is farther away than that.
+            if area == 0.0 || found.distance(wanted) > 1e-4 {
+                others += 1;
+                continue;
+            }
+            if let Some(shadow) = &shadow {
+                let depth = f64::from(f32::from_bits(words(&shadow[4 * texel..][..4])[0]));
+                let expected = to_clip.project_point3(wanted).z;
+                assert!((depth - expected).abs() < 1e-5, "{name}, {x} {y}: shadow map {depth}, ray {expected}");
+            }
+            // What the texel covers: across the ray, then along the surface.
+            let width = f64::from(view.width) / f64::from(TEXELS);
+            let clip: DVec4 = to_clip * wanted.extend(1.0);
+            let (axis, way) = (DMat4::transpose(&to_clip).col(3), wanted.distance(origin(&scene)));
+            let across =
+                if axis.truncate().length() > 0.0 { width * width * clip.w.powi(3) / way } else { width * width };
+            let cosine = normal.dot(along).abs();
+            if cosine > 0.2 {
+                // Normals are stored in 32 bits: 1e-4 of an angle, five times that of a cosine of 0.2.
+                assert!((area * cosine / across - 1.0).abs() < 1e-3, "{name}, {x} {y}: {area} {across} {cosine}");
+            }
+        }
+        println!("{name}: {others} of {shown} texels show another surface than the ray");
+        // The rasteriser rounds corners to 1/256 of a texel, rays do not: a few texels on edges.
+        assert!(shown > 500 && f64::from(others) < 0.005 * f64::from(shown), "{name}: {others} of {shown}");
+    }
+}
+
+/// Where the scene's first light is; anywhere for a directional one.
+fn origin(scene: &Scene) -> DVec3 {
+    match scene.lights[0] {
+        Light::Directional { .. } => DVec3::ZERO,
+        Light::Point { position, .. } | Light::Spot { position, .. } => Vec3::from(position).as_dvec3(),
     }
 }
 
@@ -207,6 +319,7 @@ fn the_plan_has_what_scene_and_settings_need() {
         "pyramid_2",
         "pyramid_4",
         "light_view_0",
+        "lit_surfaces_0",
         "keep_0",
         "light_pyramid_1",
         "light_pyramid_2",
@@ -225,9 +338,9 @@ fn the_plan_has_what_scene_and_settings_need() {
     // A second sun brings a view; six faces look around a point light; levels and gather serve all.
     let mut other = scene.clone();
     other.lights.push(scenes::sun());
-    assert_eq!(names(&other, &[("sources", "lights")]).len(), lights.len() + 2);
+    assert_eq!(names(&other, &[("sources", "lights")]).len(), lights.len() + 3);
     other.lights = vec![Light::Point { position: [0.0, 2.0, 0.0], intensity: [1.0; 3] }];
-    assert_eq!(names(&other, &[("sources", "lights")]).len(), lights.len() + 10);
+    assert_eq!(names(&other, &[("sources", "lights")]).len(), lights.len() + 15);
     // Without lights nothing is left of them, and without the screen nothing at all.
     other.lights.clear();
     assert_eq!(names(&other, &[("sources", "both")]), screen);
@@ -243,9 +356,9 @@ fn the_plan_has_what_scene_and_settings_need() {
     other.materials[0].receive_only = true;
     assert_eq!(names(&other, &[("sources", "lights")]), ["source"]);
     // Flags are bound where some surface only receives.
-    let shader = |scene: &Scene| plan(scene, &[("sources", "lights")]).find("light_view_0").unwrap().shader.clone();
+    let shader = |scene: &Scene| plan(scene, &[("sources", "lights")]).find("lit_surfaces_0").unwrap().shader.clone();
     let mut silent = scene.clone();
     silent.materials[0].receive_only = true;
-    assert_eq!(shader(&scene), "light_views/light_view");
-    assert_eq!(shader(&silent), "light_views/light_view+receive_only");
+    assert_eq!(shader(&scene), "light_views/lit_surfaces");
+    assert_eq!(shader(&silent), "light_views/lit_surfaces+receive_only");
 }

@@ -6,7 +6,7 @@ use halflight_renderer::{
 };
 
 use super::{
-    EVERYWHERE,
+    ELSEWHERE, EVERYWHERE, SHOWN,
     chain::{Link, Moments},
 };
 
@@ -49,7 +49,7 @@ pub fn advice(technique: &Technique, settings: &Settings, links: &[Link], moment
             Some(_) => "its own test leaves this: try a finer start_resolution".to_owned(),
             None => "no setting of it tests what stands between a surface and its source".to_owned(),
         },
-        EVERYWHERE => {
+        EVERYWHERE | SHOWN | ELSEWHERE => {
             let options = ["voxel_resolution", "light_view_size"].into_iter().filter(|name| has(name).is_some());
             let options: Vec<_> = options.chain(has("start_resolution").map(|_| "start_resolution")).collect();
             format!("try a finer {}", options.join(", "))

@@ -9,8 +9,10 @@
 //! ```
 //!
 //! A technique that also knows what the lights see has no such stations on its way: the exhaustive sum knows less than it. For
-//! such a one the last three links are one, from the converged image to the truth of one bounce, to be held against the
-//! last link of a technique that knows the screen alone.
+//! such a one the last three links are two, by where light comes from. The technique runs once more with lights' views
+//! whose surfaces send nothing where the camera does not see them, which is held against the on-screen truth; the rest
+//! of its light is held against the rest of the truth, as is the last link of a technique that knows the screen alone,
+//! which finds none of it. Emitters have no such views: with them the two are one.
 //!
 //! All of it on the linear image of `albedo * indirect`. Where the technique tests visibility itself, its link to the
 //! exhaustive sum is taken with visibility off, and what its own test changes counts to the visibility link.
@@ -20,7 +22,7 @@ use std::path::Path;
 use halflight_native::{NativeGpu, cache::Cache, images::Rgb, truth::TruthSource};
 use halflight_renderer::{
     parameters::{Settings, Value},
-    plan_technique_of_scene,
+    plan_technique_of_scene, send_only_what_is_seen,
     techniques::{Technique, technique},
     truth::{Estimate, Request as TruthRequest, Stop},
 };
@@ -66,7 +68,10 @@ pub struct Options {
 /// holds several frames.
 const GROUPS: u32 = 8;
 
-/// The last link of a technique that also knows what the lights see.
+/// The last links of a technique that also knows what the lights see: from surfaces on the screen, and from others.
+const SHOWN: &str = "light from the screen";
+const ELSEWHERE: &str = "light from off the screen";
+/// Both, in a scene with emitters.
 const EVERYWHERE: &str = "light on and off the screen";
 
 /// Where an error comes from.
@@ -127,13 +132,22 @@ impl Explanation {
         if !options.direct_from_truth {
             push(&mut states, "direct light", State::Exact(run.image(options.technique, &options.settings, false, 0)?));
         }
-        let converged = run.converged(&options.settings)?;
-        push(&mut states, "noise", converged);
+        push(&mut states, "noise", run.converged(&options.settings, Senders::All)?);
         let plan = plan_technique_of_scene(&session.facts, options.technique, &options.settings, options.size);
         let other_views = plan.map_err(bad)?.passes.iter().any(|pass| pass.shader.starts_with("light_views/"));
         let visible = without_visibility(options.technique, &options.settings).filter(|_| !other_views);
-        let open = visible.as_ref().map(|settings| run.converged(settings)).transpose()?;
-        if other_views {
+        let open = visible.as_ref().map(|settings| run.converged(settings, Senders::All)).transpose()?;
+        if other_views && session.facts.emitters.is_empty() {
+            let all = states.len() - 1;
+            states.push(run.converged(&options.settings, Senders::Seen)?);
+            states.push(State::Groups(traced.on_screen));
+            states.push(State::Groups(traced.truth.clone()));
+            let (shown, on_screen) = (all + 1, all + 2);
+            last = all + 3;
+            links.push(Link::between(SHOWN, shown, on_screen));
+            let terms = vec![(all, 1.0), (shown, -1.0), (last, -1.0), (on_screen, 1.0)];
+            links.push(Link { name: ELSEWHERE, terms });
+        } else if other_views {
             push(&mut states, EVERYWHERE, State::Groups(traced.truth.clone()));
         } else {
             let exhaustive = run.image(technique("exhaustive").map_err(bad)?, &Settings::new(), false, 0)?;
@@ -296,6 +310,14 @@ fn reflected(albedo: &[Rgb], light: &[Rgb]) -> Vec<Rgb> {
     albedo.iter().zip(light).map(|(a, l)| std::array::from_fn(|c| a[c] * l[c])).collect()
 }
 
+/// Which surfaces of the lights' views send light on.
+#[derive(Clone, Copy, PartialEq)]
+enum Senders {
+    All,
+    /// Those that the camera sees.
+    Seen,
+}
+
 /// Runs the technique and its relatives.
 struct Run<'a> {
     session: &'a Session<'a>,
@@ -311,13 +333,19 @@ impl Run<'_> {
         settings: &Settings,
         rendered: bool,
         seed: u32,
+        senders: Senders,
     ) -> Result<Frames<'_>, Error> {
-        self.session.frames(&Request {
+        let request = Request {
             technique,
             settings: settings.clone(),
             size: self.options.size,
             seed,
             direct: (!rendered).then_some(self.direct),
+        };
+        self.session.frames_changed(&request, |plan| {
+            if senders == Senders::Seen {
+                send_only_what_is_seen(plan);
+            }
         })
     }
 
@@ -329,7 +357,8 @@ impl Run<'_> {
         rendered: bool,
         other: u32,
     ) -> Result<Vec<Rgb>, Error> {
-        let mut frames = self.frames(technique, settings, rendered, self.options.seed.wrapping_add(other))?;
+        let seed = self.options.seed.wrapping_add(other);
+        let mut frames = self.frames(technique, settings, rendered, seed, Senders::All)?;
         frames.run(0)?;
         self.read(&frames)
     }
@@ -341,18 +370,22 @@ impl Run<'_> {
     }
 
     /// The mean over many frames, by group; a technique without chance needs one frame.
-    fn converged(&self, settings: &Settings) -> Result<State, Error> {
+    fn converged(&self, settings: &Settings, senders: Senders) -> Result<State, Error> {
         let technique = self.options.technique;
-        let [one, other] = [1, 2].map(|seed| self.image(technique, settings, false, seed));
-        let one = one?;
-        if one == other? {
-            return Ok(State::Exact(one));
+        // What a technique with other views finds differs from seed to seed.
+        if senders == Senders::All {
+            let [one, other] = [1, 2].map(|seed| self.image(technique, settings, false, seed));
+            let one = one?;
+            if one == other? {
+                return Ok(State::Exact(one));
+            }
         }
         let each = self.options.frames.div_ceil(GROUPS).max(1);
         let progress = Progress::new("converged image", u64::from(each * GROUPS));
         let mut groups = Vec::new();
         for group in 0..GROUPS {
-            let mut frames = self.frames(technique, settings, false, self.options.seed.wrapping_add(1 + group))?;
+            let seed = self.options.seed.wrapping_add(1 + group);
+            let mut frames = self.frames(technique, settings, false, seed, senders)?;
             let mut sum = vec![[0.0f64; 3]; self.albedo.len()];
             for frame in 0..each {
                 // Numbers that no other group has: frames and seeds meet in one hash.

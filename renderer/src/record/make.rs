@@ -1,13 +1,18 @@
 //! What a pass needs before its first frame: pipelines, bind groups, textures and buffers.
 
-use halflight_shared_shaders::{BindingKind, Stage};
+use std::ops::Range;
 
-use super::{ReadyPass, bindings, in_turn};
+use halflight_shared_shaders::{BindingKind, Shader, Stage};
+
+use super::{Draw, ReadyPass, bindings_of, in_turn};
 use crate::{
     Gpu, SceneBuffers,
     gpu::known_shader,
     plan::{FramePlan, Meshes, Pass, ResourceId, Work},
 };
+
+/// The feature of a shader that looks for cut-outs, in the names of its variants.
+const ALPHA_TESTED: &str = "+alpha_tested";
 
 pub(super) struct Maker<'a> {
     pub(super) gpu: &'a Gpu,
@@ -28,7 +33,8 @@ impl Maker<'_> {
                 let entry = shader.entry_points.iter().find(|e| e.name == *entry).unwrap_or(&shader.entry_points[0]);
                 debug_assert_eq!(entry.stage, Stage::Compute);
                 let pipeline = self.gpu.compute_pipeline(shader, entry, &pass.constants);
-                let group = |turn| self.group(pass, params, turn, |index| pipeline.get_bind_group_layout(index));
+                let group =
+                    |turn| self.group(pass, shader, params, turn, |index| pipeline.get_bind_group_layout(index));
                 let first = group(0);
                 let turns = pass.bindings.iter().any(|&(_, id)| in_turn(self.plan, id, 1) != id);
                 let groups = [first.clone(), if turns { group(1) } else { first }];
@@ -37,8 +43,7 @@ impl Maker<'_> {
             }
             Work::Draw { targets, depth } => {
                 let formats: Vec<_> = targets.iter().map(|&id| self.texture(pass, id).format()).collect();
-                let pipeline = self.gpu.render_pipeline(shader, &pass.constants, &formats, false);
-                let group = self.group(pass, params, 0, |index| pipeline.get_bind_group_layout(index));
+                let draws = self.draws(pass, params, &formats);
                 let colors =
                     targets.iter().map(|&id| self.texture(pass, id).create_view(&Default::default())).collect();
                 let depth = self.texture(pass, depth.0).create_view(&wgpu::TextureViewDescriptor {
@@ -47,11 +52,11 @@ impl Maker<'_> {
                     array_layer_count: Some(1),
                     ..Default::default()
                 });
-                ReadyPass::Draw { pipeline, group, colors, depth }
+                ReadyPass::Draw { draws, colors, depth }
             }
             Work::Voxelize { target, meshes } => {
                 let pipeline = self.gpu.render_pipeline(shader, &pass.constants, &[], true);
-                let group = self.group(pass, params, 0, |index| pipeline.get_bind_group_layout(index));
+                let group = self.group(pass, shader, params, 0, |index| pipeline.get_bind_group_layout(index));
                 let target = self.texture(pass, *target).create_view(&Default::default());
                 let indices = self.scene.map_or(Vec::new(), |scene| match meshes {
                     Meshes::All => std::iter::once(0..scene.index_count).collect(),
@@ -65,6 +70,27 @@ impl Maker<'_> {
         }
     }
 
+    /// All meshes; those without cut-outs by the variant that looks for none, because a fragment that may be discarded
+    /// costs several times what depth alone costs.
+    fn draws(&self, pass: &Pass, params: Option<&wgpu::Buffer>, formats: &[wgpu::TextureFormat]) -> Vec<Draw> {
+        let Some(scene) = self.scene else { return Vec::new() };
+        let draw = |name: &str, ranges: Vec<Range<u32>>| {
+            let shader = known_shader(name);
+            let pipeline = self.gpu.render_pipeline(shader, &pass.constants, formats, false);
+            let group = self.group(pass, shader, params, 0, |index| pipeline.get_bind_group_layout(index));
+            let numbered = bindings_of(shader).iter().any(|binding| binding.name == "corners");
+            let indices = if numbered { &scene.numbered(self.gpu).indices } else { &scene.indices };
+            Draw { pipeline, group, indices: indices.clone(), ranges }
+        };
+        match pass.shader.contains(ALPHA_TESTED) {
+            true => vec![
+                draw(&pass.shader.replacen(ALPHA_TESTED, "", 1), scene.without_cut_outs.clone()),
+                draw(&pass.shader, scene.cut_out.clone()),
+            ],
+            false => vec![draw(&pass.shader, std::iter::once(0..scene.index_count).collect())],
+        }
+    }
+
     fn texture(&self, pass: &Pass, id: ResourceId) -> &wgpu::Texture {
         self.textures[id.0]
             .as_ref()
@@ -74,6 +100,7 @@ impl Maker<'_> {
     fn group(
         &self,
         pass: &Pass,
+        shader: &'static Shader,
         params: Option<&wgpu::Buffer>,
         turn: usize,
         layout: impl Fn(u32) -> wgpu::BindGroupLayout,
@@ -83,7 +110,7 @@ impl Maker<'_> {
             Buffer(wgpu::Buffer),
             Sampler(wgpu::Sampler),
         }
-        let held: Vec<(u32, Held)> = bindings(pass)
+        let held: Vec<(u32, Held)> = bindings_of(shader)
             .into_iter()
             .map(|binding| {
                 let id = || {

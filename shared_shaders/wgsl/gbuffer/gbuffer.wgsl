@@ -2,15 +2,16 @@
 // What the camera sees: depth, normal, albedo and, where a later pass looks them up, which material and
 // which moving object.
 import package::common::view::{View, project};
-import package::common::scene::{Vertex, Material, vertex_normal, NO_TEXTURE};
+import package::common::scene::{Vertex, Material, vertex_normal};
+@if(textured) import package::common::scene::NO_TEXTURE;
 @if(moving) import package::common::scene::{Object, transform_normal};
-@if(alpha_tested || textured) import package::common::texture_pool::{texture_footprint, filter_footprint};
+@if(alpha_tested) import package::common::scene_textures::is_hole;
+@if(textured) import package::common::scene_textures::sample_texture;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> materials: array<Material>;
-@if(alpha_tested || textured) @group(0) @binding(3) var<storage, read> texels: array<u32>;
-@if(moving) @group(0) @binding(4) var<storage, read> objects: array<Object>;
+@if(moving) @group(0) @binding(3) var<storage, read> objects: array<Object>;
 
 struct Varyings {
     @builtin(position) clip: vec4f,
@@ -51,20 +52,13 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
     }
 }
 
-@if(alpha_tested || textured)
-fn sample_texture(start: u32, uv: vec2f) -> vec4f {
-    let footprint = texture_footprint(start, vec2u(texels[start], texels[start + 1u]), uv);
-    let i = footprint.indices;
-    return filter_footprint(vec4u(texels[i.x], texels[i.y], texels[i.z], texels[i.w]), footprint.weights);
-}
-
 @fragment
 fn fragment(in: Varyings) -> Targets {
     // Where opposite vertex normals cancel, the triangle's own plane is the best answer.
     let flat_normal = cross(dpdx(in.position), dpdy(in.position));
     let material = materials[in.material];
     @if(alpha_tested) {
-        if material.alpha_texture != NO_TEXTURE && sample_texture(material.alpha_texture, in.uv).a < 0.5 {
+        if is_hole(material.alpha_texture, in.uv) {
             discard;
         }
     }

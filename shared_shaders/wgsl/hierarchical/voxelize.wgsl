@@ -3,10 +3,11 @@
 // Surfaces set the slices that they cross. The skins of solid matter flip every slice nearer than themselves instead,
 // so that what lies between a front and a back face stays set, also where the near plane cuts it open.
 import package::common::view::View;
-import package::common::scene::{Vertex, Material, NO_TEXTURE};
+import package::common::scene::Vertex;
+@if(alpha_tested) import package::common::scene::Material;
 @if(moving) import package::common::scene::Object;
 import package::common::voxels::{WORDS, SLICES, slices_of_range, slice_of_depth, slice_mask, WORD_SHIFT};
-@if(alpha_tested) import package::common::texture_pool::{texture_footprint, filter_footprint};
+@if(alpha_tested) import package::common::scene_textures::is_hole;
 
 struct Params {
     // Size of the grid, texels, and width of a texel in full-resolution pixels.
@@ -20,8 +21,7 @@ struct Params {
 @group(0) @binding(3) var<storage, read> depth_range: array<u32>;
 @group(0) @binding(4) var<storage, read_write> columns: array<atomic<u32>>;
 @if(alpha_tested) @group(0) @binding(5) var<storage, read> materials: array<Material>;
-@if(alpha_tested) @group(0) @binding(6) var<storage, read> texels: array<u32>;
-@if(moving) @group(0) @binding(7) var<storage, read> objects: array<Object>;
+@if(moving) @group(0) @binding(6) var<storage, read> objects: array<Object>;
 
 // Whether the meshes are skins of solid matter.
 override SOLID: bool = false;
@@ -64,24 +64,13 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
     return out;
 }
 
-@if(alpha_tested)
-fn is_hole(in: Varyings) -> bool {
-    let start = materials[in.material].alpha_texture;
-    if start == NO_TEXTURE {
-        return false;
-    }
-    let footprint = texture_footprint(start, vec2u(texels[start], texels[start + 1u]), in.uv);
-    let i = footprint.indices;
-    return filter_footprint(vec4u(texels[i.x], texels[i.y], texels[i.z], texels[i.w]), footprint.weights).a < 0.5;
-}
-
 @fragment
 fn fragment(in: Varyings, @builtin(front_facing) front: bool) {
     let width = 2.0 * params.scale * view.tan_half_fov.y / view.display_size.y * in.depth;
     // From the middle of the texel to its corners.
     let reach = 0.5 * min(abs(dpdx(in.depth)) + abs(dpdy(in.depth)), STEEPEST * width);
     @if(alpha_tested) {
-        if is_hole(in) {
+        if is_hole(materials[in.material].alpha_texture, in.uv) {
             discard;
         }
     }

@@ -1,9 +1,9 @@
 // variants: alpha_tested, moving
 // Sets the cubes that the scene's surfaces cross: every triangle is covered with points less than a cube apart.
 import package::common::scene::Vertex;
-@if(alpha_tested) import package::common::scene::{Material, NO_TEXTURE};
+@if(alpha_tested) import package::common::scene::Material;
 @if(moving) import package::common::scene::Object;
-@if(alpha_tested) import package::common::texture_pool::{texture_footprint, filter_footprint};
+@if(alpha_tested) import package::common::scene_textures::is_hole;
 import package::scene_voxels::grid::{Grid, word_index, grid_position};
 
 @group(0) @binding(0) var<storage, read> grid: Grid;
@@ -11,8 +11,7 @@ import package::scene_voxels::grid::{Grid, word_index, grid_position};
 @group(0) @binding(2) var<storage, read> indices: array<u32>;
 @group(0) @binding(3) var<storage, read_write> cubes: array<atomic<u32>>;
 @if(alpha_tested) @group(0) @binding(4) var<storage, read> materials: array<Material>;
-@if(alpha_tested) @group(0) @binding(5) var<storage, read> texels: array<u32>;
-@if(moving) @group(0) @binding(6) var<storage, read> objects: array<Object>;
+@if(moving) @group(0) @binding(5) var<storage, read> objects: array<Object>;
 
 // Points for each cube's width along a side of a triangle: a plane that cuts less than this off a cube is let go.
 const POINTS_A_CUBE: f32 = 1.5;
@@ -28,16 +27,6 @@ fn corner(index: u32) -> vec3f {
         world = objects[vertices[index].object].to_world * world;
     }
     return grid_position(grid, world.xyz);
-}
-
-@if(alpha_tested)
-fn is_hole(start: u32, uv: vec2f) -> bool {
-    if start == NO_TEXTURE {
-        return false;
-    }
-    let footprint = texture_footprint(start, vec2u(texels[start], texels[start + 1u]), uv);
-    let i = footprint.indices;
-    return filter_footprint(vec4u(texels[i.x], texels[i.y], texels[i.z], texels[i.w]), footprint.weights).a < 0.5;
 }
 
 @compute @workgroup_size(256)

@@ -1,8 +1,9 @@
-// variants: alpha_tested, moving
-// Depth as one light (or one of the six faces around it) sees it.
-import package::common::scene::{Vertex, Material, NO_TEXTURE};
+// variants: alpha_tested, moving, triangles
+// Depth as one light (or one of the six faces around it) sees it, with `triangles` also which triangle is seen.
+import package::common::scene::Vertex;
+@if(alpha_tested) import package::common::scene::Material;
 @if(moving) import package::common::scene::Object;
-@if(alpha_tested) import package::common::texture_pool::{texture_footprint, filter_footprint};
+@if(alpha_tested) import package::common::scene_textures::is_hole;
 
 struct Params {
     world_to_clip: mat4x4f,
@@ -11,19 +12,26 @@ struct Params {
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @if(alpha_tested) @group(0) @binding(2) var<storage, read> materials: array<Material>;
-@if(alpha_tested) @group(0) @binding(3) var<storage, read> texels: array<u32>;
-@if(moving) @group(0) @binding(4) var<storage, read> objects: array<Object>;
+@if(moving) @group(0) @binding(3) var<storage, read> objects: array<Object>;
+// A vertex, and the number of the triangle that begins with it (`NumberedTriangles` of renderer/src/scene_buffers.rs).
+@if(triangles) @group(0) @binding(4) var<storage, read> corners: array<vec2u>;
 
 struct Varyings {
     @builtin(position) clip: vec4f,
     @if(alpha_tested) @location(0) uv: vec2f,
     @if(alpha_tested) @location(1) @interpolate(flat, either) material: u32,
+    // From 1; 0 is nothing. That of the triangle's first corner.
+    @if(triangles) @location(2) @interpolate(flat, first) triangle: u32,
 }
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
-    let source = vertices[index];
+    @if(triangles) let source = vertices[corners[index].x];
+    @if(!triangles) let source = vertices[index];
     var out: Varyings;
+    @if(triangles) {
+        out.triangle = corners[index].y;
+    }
     var world = vec4f(source.position, 1.0);
     @if(moving) {
         world = objects[source.object].to_world * world;
@@ -36,16 +44,21 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
     return out;
 }
 
-@if(alpha_tested)
+@if(triangles)
 @fragment
-fn fragment(in: Varyings) {
-    let start = materials[in.material].alpha_texture;
-    if start != NO_TEXTURE {
-        let footprint = texture_footprint(start, vec2u(texels[start], texels[start + 1u]), in.uv);
-        let i = footprint.indices;
-        let words = vec4u(texels[i.x], texels[i.y], texels[i.z], texels[i.w]);
-        if filter_footprint(words, footprint.weights).a < 0.5 {
+fn fragment(in: Varyings) -> @location(0) u32 {
+    @if(alpha_tested) {
+        if is_hole(materials[in.material].alpha_texture, in.uv) {
             discard;
         }
+    }
+    return in.triangle;
+}
+
+@if(alpha_tested && !triangles)
+@fragment
+fn fragment(in: Varyings) {
+    if is_hole(materials[in.material].alpha_texture, in.uv) {
+        discard;
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use halflight_renderer::{
     DirectLight,
     parameters::{Parameter, Role},
-    plan::{FramePlan, Resource, ResourceId, ResourceKind, Work},
+    plan::{FramePlan, Pass, Resource, ResourceId, ResourceKind, Work},
     techniques::TECHNIQUES,
 };
 use halflight_scenes::{Environment, Light, Scene};
@@ -251,7 +251,26 @@ fn every_plan_fits_its_shaders() {
             if let Work::Dispatch { entry, .. } = pass.work {
                 assert!(shader.entry_point(entry).is_some(), "{what}: no entry point {entry}");
             }
+            if let Work::Draw { .. } = pass.work {
+                fits_without_cut_outs(pass, shader);
+            }
         }
+    }
+}
+
+/// Meshes without cut-outs are drawn by another variant, which is given the same.
+fn fits_without_cut_outs(pass: &Pass, shader: &Shader) {
+    let opaque = halflight_shared_shaders::shader(&pass.shader.replacen("+alpha_tested", "", 1)).unwrap();
+    let bindings = |shader: &Shader| -> Vec<_> { shader.entry_points.iter().flat_map(|e| e.bindings).collect() };
+    let block = |shader: &Shader| {
+        let uniform = |kind: &&BindingKind| matches!(kind, BindingKind::Uniform { .. });
+        bindings(shader).into_iter().map(|binding| &binding.kind).find(uniform)
+    };
+    assert_eq!(block(opaque), block(shader), "{}", pass.name);
+    assert_eq!(opaque.overrides, shader.overrides, "{}", pass.name);
+    let with: BTreeSet<_> = bindings(shader).iter().map(|binding| binding.name).collect();
+    for binding in bindings(opaque) {
+        assert!(with.contains(binding.name), "{}: {}", pass.name, binding.name);
     }
 }
 

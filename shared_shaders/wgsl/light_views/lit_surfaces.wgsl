@@ -1,0 +1,153 @@
+// variants: textured, moving, receive_only, seen
+// What one light (or one of the six faces around it) sees: a reflective shadow map (Dachsbacher & Stamminger 2005), made
+// from the number of the first triangle on each texel's ray. That surface is lit, so no shadow is looked up. With
+// `receive_only`, some surfaces send nothing on; with `seen`, those that the camera does not see.
+import package::common::form_factor::MIN_COS_BETA;
+import package::common::math::{LARGEST_RADIANCE, PI};
+import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vertex_normal, light_incidence};
+@if(moving) import package::common::scene::{Object, transform_normal};
+@if(textured) import package::common::scene::NO_TEXTURE;
+@if(textured) import package::common::scene_textures::sample_texture;
+@if(seen) import package::common::view::{View, pixel_of, view_position};
+import package::light_views::light_surface::pack_light;
+
+struct Params {
+    world_to_clip: mat4x4f,
+    // Index of the light.
+    light: u32,
+    // Width of a texel: scene units (directional), or for each unit of distance along the map's axis.
+    texel_width: f32,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
+@group(0) @binding(2) var<storage, read> indices: array<u32>;
+@group(0) @binding(3) var<storage, read> materials: array<Material>;
+@group(0) @binding(4) var<storage, read> lights: array<Light>;
+@if(moving) @group(0) @binding(5) var<storage, read> objects: array<Object>;
+// One word a material: 1 where it only receives.
+@if(receive_only) @group(0) @binding(6) var<storage, read> receive_only: array<u32>;
+// Number of the first triangle, from 1; 0 where there is none.
+@group(0) @binding(7) var triangles: texture_2d<u32>;
+// World position.
+@group(0) @binding(8) var place: texture_storage_2d<rgba32float, write>;
+// `pack_light`.
+@group(0) @binding(9) var light: texture_storage_2d<rgba32uint, write>;
+@if(seen) @group(0) @binding(10) var<uniform> view: View;
+@if(seen) @group(0) @binding(11) var depth: texture_2d<f32>;
+
+// A pixel shows a surface where its depth differs from that of the surface's plane by less than this share.
+@if(seen)
+const SAME_DEPTH: f32 = 0.01;
+
+struct Corner {
+    world: vec3f,
+    normal: vec3f,
+    uv: vec2f,
+    // In clip space x and y, and the depth.
+    clip: vec3f,
+}
+
+fn corner(index: u32) -> Corner {
+    let source = vertices[index];
+    var world = vec4f(source.position, 1.0);
+    var normal = vertex_normal(source);
+    @if(moving) {
+        let to_world = objects[source.object].to_world;
+        world = to_world * world;
+        normal = normalize(transform_normal(to_world, normal));
+    }
+    return Corner(world.xyz, normal, source.uv, (params.world_to_clip * world).xyw);
+}
+
+fn cross_2d(a: vec2f, b: vec2f) -> f32 {
+    return a.x * b.y - a.y * b.x;
+}
+
+/// Weights of a triangle's corners where the ray through `ndc` meets it, from homogeneous edge functions (Olano & Greer
+/// 1997) around that ray, so that the edges of a small triangle do not cancel. Where rounding lets the ray miss, as on an
+/// edge or a sliver, the nearest weights inside.
+fn weights_at(ndc: vec2f, a: vec3f, b: vec3f, c: vec3f) -> vec3f {
+    let from_a = a.xy - ndc * a.z;
+    let from_b = b.xy - ndc * b.z;
+    let from_c = c.xy - ndc * c.z;
+    let edges = vec3f(cross_2d(from_b, from_c), cross_2d(from_c, from_a), cross_2d(from_a, from_b));
+    let inside = max(edges * sign(edges.x + edges.y + edges.z), vec3f(0.0));
+    let sum = inside.x + inside.y + inside.z;
+    return select(vec3f(1.0 / 3.0), inside / sum, sum > 0.0);
+}
+
+/// Whether the camera sees this place, on the side that faces along `normal`; both in world space.
+@if(seen)
+fn is_seen(place: vec3f, normal: vec3f) -> bool {
+    let p = (view.world_to_view * vec4f(place, 1.0)).xyz;
+    let n = (view.world_to_view * vec4f(normal, 0.0)).xyz;
+    if p.z >= 0.0 || any(abs(p.xy) > view.tan_half_fov * -p.z) || dot(n, p) >= 0.0 {
+        return false;
+    }
+    let pixel = min(vec2u(pixel_of(p, view.tan_half_fov, view.display_size)), vec2u(view.display_size) - 1u);
+    let shown = textureLoad(depth, pixel, 0).x;
+    // The surface's plane on the ray through the pixel's centre; seen edge-on it says nothing.
+    let along = view_position((vec2f(pixel) + 0.5) / view.display_size, 1.0, view.tan_half_fov);
+    let plane = dot(n, p) / dot(n, along);
+    return min(abs(shown - plane), abs(shown + p.z)) < SAME_DEPTH * shown;
+}
+
+@compute @workgroup_size(8, 8)
+fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
+    let size = textureDimensions(triangles);
+    if any(id.xy >= size) {
+        return;
+    }
+    let triangle = textureLoad(triangles, id.xy, 0).x;
+    if triangle == 0u {
+        textureStore(place, id.xy, vec4f(0.0));
+        textureStore(light, id.xy, vec4u(0u));
+        return;
+    }
+    let first = 3u * (triangle - 1u);
+    let a = corner(indices[first]);
+    let b = corner(indices[first + 1u]);
+    let c = corner(indices[first + 2u]);
+    let ndc = (vec2f(id.xy) + 0.5) / vec2f(size) * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0);
+    let weights = weights_at(ndc, a.clip, b.clip, c.clip);
+    let position = mat3x3f(a.world, b.world, c.world) * weights;
+    let material_index = vertices[indices[first]].material;
+    let material = materials[material_index];
+    var albedo = material.albedo;
+    @if(textured) {
+        if material.albedo_texture != NO_TEXTURE {
+            albedo *= sample_texture(material.albedo_texture, mat3x2f(a.uv, b.uv, c.uv) * weights).rgb;
+        }
+    }
+    @if(receive_only) {
+        albedo *= f32(1u - receive_only[material_index]);
+    }
+    let source = lights[params.light];
+    let incidence = light_incidence(source, position);
+    // Where opposite normals cancel, the triangle's own plane; surfaces are two-sided: the normal is that of the lit side.
+    var normal = mat3x3f(a.normal, b.normal, c.normal) * weights;
+    if dot(normal, normal) <= 1e-8 {
+        normal = normalize(b.world - a.world);
+        normal = cross(normal, normalize(c.world - a.world));
+    }
+    normal = normalize(normal);
+    normal *= select(1.0, -1.0, dot(normal, incidence.direction) < 0.0);
+    let cosine = dot(normal, incidence.direction);
+    let irradiance = min(incidence.irradiance, vec3f(LARGEST_RADIANCE)) * cosine;
+    // The texel's area across its ray, then along the surface. Near the edge of what a light sees shading normals are
+    // off by more than the bound, as in a camera's view.
+    var across = params.texel_width * params.texel_width;
+    if source.kind != LIGHT_DIRECTIONAL {
+        // Seen by a pinhole: the texel's solid angle shrinks with the cube of the cosine to the map's axis, the square
+        // of the distance grows with its inverse square.
+        let depth = dot(vec3f(a.clip.z, b.clip.z, c.clip.z), weights);
+        across *= depth * depth * depth / max(incidence.distance, 1e-30);
+    }
+    let area = across / max(cosine, MIN_COS_BETA);
+    @if(seen) {
+        albedo *= f32(is_seen(position, normal));
+    }
+    textureStore(place, id.xy, vec4f(position, 1.0));
+    textureStore(light, id.xy, pack_light(area, normal, irradiance * albedo / PI));
+}

@@ -15,7 +15,7 @@ const SIZE: [usize; 2] = [64, 32];
 
 fn main() -> ExitCode {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let maps: [(&str, fn(Vec3) -> Vec3); 2] = [("sky.exr", sky), ("directions.exr", directions)];
+    let maps = [("sky.exr", sky as fn(Vec3) -> Vec3), ("directions.exr", directions)];
     for (name, radiance) in maps {
         let texel = |x, y| radiance(direction(x, y)).into();
         if let Err(error) = write_rgb_file(folder.join(name), SIZE[0], SIZE[1], texel) {

@@ -7,18 +7,23 @@ use std::{
 };
 
 use halflight_shared_shaders::{Binding, BindingKind, Shader};
-use serde::Serialize;
 
 use crate::{
     Gpu, SceneBuffers, View,
     gpu::known_shader,
-    plan::{FramePlan, Part, Pass, Resource, ResourceId, ResourceKind},
+    plan::{FramePlan, Pass, Resource, ResourceId, ResourceKind},
     uniform::{self, UniformValue},
 };
 
+mod histories;
 mod make;
+mod timer;
 
+pub use timer::PassTime;
+
+use histories::{Memory, adopt_histories, in_turn};
 use make::{Maker, make_buffer, make_texture};
+use timer::Timer;
 
 /// What the caller gives to a recording: the scene's buffers, and textures by the names that the plan
 /// declared as external.
@@ -49,19 +54,6 @@ pub struct Recording {
     timer: Option<Timer>,
 }
 
-/// What a recording knows of the frames before.
-#[derive(Clone, Copy, Default)]
-struct Memory {
-    /// The view of the last frame; `None` before the first one.
-    last: Option<View>,
-    /// Which texture of each history the last frame wrote.
-    turn: usize,
-    /// Frames since anything changed.
-    still_frames: u32,
-    /// Whether passes that run once have run.
-    prepared: bool,
-}
-
 enum ReadyPass {
     Compute {
         pipeline: wgpu::ComputePipeline,
@@ -88,24 +80,6 @@ struct Draw {
     group: Option<wgpu::BindGroup>,
     indices: wgpu::Buffer,
     ranges: Vec<Range<u32>>,
-}
-
-struct Timer {
-    queries: wgpu::QuerySet,
-    resolved: wgpu::Buffer,
-    readable: wgpu::Buffer,
-    nanoseconds: f32,
-}
-
-/// Time of one pass in one frame.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PassTime {
-    /// Name of the pass.
-    pub name: String,
-    /// Part of the frame.
-    pub part: Part,
-    /// Milliseconds on the device.
-    pub milliseconds: f64,
 }
 
 impl Recording {
@@ -453,44 +427,7 @@ impl Recording {
 
     /// Times from the bytes of [`Recording::timing_buffer`].
     pub fn pass_times(&self, bytes: &[u8]) -> Vec<PassTime> {
-        let nanoseconds = self.timer.as_ref().map_or(0.0, |timer| f64::from(timer.nanoseconds));
-        let ticks: &[[u64; 2]] = bytemuck::cast_slice(bytes);
-        self.plan
-            .passes
-            .iter()
-            .zip(ticks)
-            .map(|(pass, [begin, end])| PassTime {
-                name: pass.name.clone(),
-                part: pass.part,
-                // A clock that was reset between the two would otherwise give a huge number.
-                milliseconds: end.saturating_sub(*begin) as f64 * nanoseconds * 1e-6,
-            })
-            .collect()
-    }
-}
-
-impl Timer {
-    fn new(gpu: &Gpu, passes: usize) -> Option<Self> {
-        let nanoseconds = gpu.timestamp_period?;
-        let count = 2 * u32::try_from(passes).ok().filter(|&n| n > 0 && 2 * n <= wgpu::QUERY_SET_MAX_QUERIES)?;
-        let buffer = |label, usage| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size: u64::from(count) * 8,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
-        Some(Self {
-            queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("pass times"),
-                ty: wgpu::QueryType::Timestamp,
-                count,
-            }),
-            resolved: buffer("timestamps", wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
-            readable: buffer("timestamps to read", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST),
-            nanoseconds,
-        })
+        self.timer.as_ref().map(|timer| timer.pass_times(&self.plan, bytes)).unwrap_or_default()
     }
 }
 
@@ -568,44 +505,4 @@ fn params_layout(pass: &Pass) -> Option<&'static BindingKind> {
 fn params_of(gpu: &Gpu, pass: &Pass) -> Option<wgpu::Buffer> {
     let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
     params_block(pass).map(|block| make_buffer(gpu, &pass.name, &block, usage))
-}
-
-/// The texture that stands for `id` in frames of this turn: in odd ones the two of a history have changed places.
-fn in_turn(plan: &FramePlan, id: ResourceId, turn: usize) -> ResourceId {
-    if turn == 0 {
-        return id;
-    }
-    if let ResourceKind::Previous { of, .. } = plan.resources[id.0].kind {
-        return of;
-    }
-    let before =
-        |resource: &crate::plan::Resource| matches!(resource.kind, ResourceKind::Previous { of, .. } if of == id);
-    plan.resources.iter().position(before).map_or(id, ResourceId)
-}
-
-/// Takes over the histories of another recording; false, and nothing taken, where one of the plan's has no equal.
-fn adopt_histories(plan: &FramePlan, textures: &mut [Option<wgpu::Texture>], old: &Recording) -> bool {
-    let pairs = |plan: &FramePlan| -> Vec<(usize, usize)> {
-        let pair = |(index, resource): (usize, &crate::plan::Resource)| match resource.kind {
-            ResourceKind::Previous { of, .. } => Some((of.0, index)),
-            _ => None,
-        };
-        plan.resources.iter().enumerate().filter_map(pair).collect()
-    };
-    let old_pairs = pairs(&old.plan);
-    let found: Option<Vec<_>> = pairs(plan)
-        .into_iter()
-        .map(|(now, before)| {
-            let same = |&&(old_now, _): &&(usize, usize)| {
-                let (own, other) = (&plan.resources[now], &old.plan.resources[old_now]);
-                own.name == other.name && own.kind == other.kind
-            };
-            old_pairs.iter().find(same).map(|&(old_now, old_before)| [(now, old_now), (before, old_before)])
-        })
-        .collect();
-    let found = found.unwrap_or_default();
-    for (own, other) in found.iter().flatten() {
-        textures[*own].clone_from(&old.textures[*other]);
-    }
-    !found.is_empty()
 }

@@ -13,8 +13,8 @@ struct RayEnd {
 
 /// Surfaces bend: they rise this far above their planes, in cubes, at most.
 const BEND: f32 = 0.3;
-/// Share of what keeps a ray clear of its ends that lifts it off them along their normals; the rest of it is left out of
-/// the ray itself. Lifts alone carry grazing rays over what stands near; rays that only begin later pass through it.
+/// Share of what keeps a ray clear of its ends that lifts it off them along their normals; the rest of it is left out
+/// of the ray itself. Lifts alone carry grazing rays over what stands near; rays that only begin later pass through it.
 /// Where nothing of the ray would be left, its ends are lifted by the whole, and nothing is left out.
 const LIFT: f32 = 0.5;
 

@@ -13,8 +13,9 @@ struct RayEnd {
 
 /// Surfaces bend: they rise this far above their planes, in cubes, at most.
 const BEND: f32 = 0.3;
-/// Share of what keeps a ray clear of its ends that lifts it off them along their normals; the rest of it is left out of
-/// the ray itself. Lifts alone carry grazing rays over what stands near; rays that only begin later pass through it.
+/// Share of what keeps a ray clear of its ends that lifts it off them along their normals; the rest of it is left out
+/// of the ray itself. Lifts alone carry grazing rays over what stands near; rays that only begin later pass through it.
+/// Where nothing of the ray would be left, its ends are lifted by the whole, and nothing is left out.
 const LIFT: f32 = 0.5;
 
 /// Place and normal in world space.
@@ -37,14 +38,20 @@ fn left_out(clear: f32, slope: f32) -> f32 {
 /// Whether nothing in the grid stands between two surfaces.
 fn sees(receiver: RayEnd, source: RayEnd) -> bool {
     let clear = vec2f(clearance(receiver), clearance(source));
-    let lifted = receiver.place + LIFT * clear.x * receiver.normal;
-    let way = source.place + LIFT * clear.y * source.normal - lifted;
+    var start = receiver.place + LIFT * clear.x * receiver.normal;
+    var goal = source.place + LIFT * clear.y * source.normal;
+    let way = goal - start;
     let first = left_out(clear.x, dot(way, receiver.normal));
     let last = 1.0 - left_out(clear.y, -dot(way, source.normal));
-    if first >= last {
-        return true;
+    if first < last {
+        goal = start + last * way;
+        start += first * way;
+    } else {
+        // So near or so grazing that nothing would be left: such pairs would all be free, and light would leak.
+        start = receiver.place + clear.x * receiver.normal;
+        goal = source.place + clear.y * source.normal;
     }
-    var walk = begin_walk(lifted + first * way, lifted + last * way);
+    var walk = begin_walk(start, goal);
     var blocked = false;
     // A segment crosses at most as many borders as there are cubes along the three axes.
     let most = grid.size.x + grid.size.y + grid.size.z;

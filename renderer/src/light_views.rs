@@ -151,15 +151,13 @@ pub(crate) fn plan_light_maps(
 }
 
 /// Leaves in the lights' views of a whole frame only those surfaces that its camera sees, to tell an error of light from
-/// the screen from one of light from elsewhere. False, and nothing changed, where the plan has no such views.
-pub fn send_only_what_is_seen(plan: &mut FramePlan) -> bool {
-    let Some(&depth) = plan.outputs.get("depth") else { return false };
-    let views = plan.passes.iter_mut().filter(|pass| pass.shader.starts_with(LIT_SURFACES));
-    let changed = views.map(|pass| {
+/// the screen from one of light from elsewhere. Nothing changes where the plan has no such views.
+pub fn send_only_what_is_seen(plan: &mut FramePlan) {
+    let Some(&depth) = plan.outputs.get("depth") else { return };
+    for pass in plan.passes.iter_mut().filter(|pass| pass.shader.starts_with(LIT_SURFACES)) {
         pass.shader.push_str("+seen");
         pass.bindings.push(("depth", depth));
-    });
-    changed.count() > 0
+    }
 }
 
 /// Bytes of a buffer that every device binds: WebGPU's default.

@@ -378,12 +378,16 @@ impl Reading {
         if self.answers.arrived.load(Ordering::Acquire) < self.staging.len() {
             return None;
         }
+        // What was mapped is gone again where the device was lost since.
+        let range = |copy: &wgpu::Buffer| {
+            copy.get_mapped_range(..).inspect_err(|_| self.answers.refused.store(true, Ordering::Release)).ok()
+        };
         let [surfaces, sums] = &self.staging;
         Some(State {
             samples: self.samples,
             scale: self.scale,
-            surfaces: bytemuck::pod_collect_to_vec(&surfaces.get_mapped_range(..).ok()?),
-            sums: bytemuck::pod_collect_to_vec(&sums.get_mapped_range(..).ok()?),
+            surfaces: bytemuck::pod_collect_to_vec(&range(surfaces)?),
+            sums: bytemuck::pod_collect_to_vec(&range(sums)?),
         })
     }
 }

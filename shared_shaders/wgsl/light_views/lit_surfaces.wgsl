@@ -87,10 +87,10 @@ fn is_seen(place: vec3f, normal: vec3f) -> bool {
     }
     let pixel = min(vec2u(pixel_of(p, view.tan_half_fov, view.display_size)), vec2u(view.display_size) - 1u);
     let shown = textureLoad(depth, pixel, 0).x;
-    // The surface's plane on the ray through the pixel's centre; seen edge-on it says nothing.
-    let along = view_position((vec2f(pixel) + 0.5) / view.display_size, 1.0, view.tan_half_fov);
-    let plane = dot(n, p) / dot(n, along);
-    return min(abs(shown - plane), abs(shown + p.z)) < SAME_DEPTH * shown;
+    // The surface's plane meets the ray through the pixel's centre at a depth of dot(n, p) over this; edge-on, at none.
+    let slope = dot(n, view_position((vec2f(pixel) + 0.5) / view.display_size, 1.0, view.tan_half_fov));
+    let on_plane = abs(shown * slope - dot(n, p)) < SAME_DEPTH * shown * abs(slope);
+    return on_plane || abs(shown + p.z) < SAME_DEPTH * shown;
 }
 
 @compute @workgroup_size(8, 8)

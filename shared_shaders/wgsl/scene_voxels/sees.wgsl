@@ -5,10 +5,12 @@ import package::scene_voxels::march::{begin_walk, way_out, next_cube};
 @group(0) @binding(20) var<storage, read> grid: Grid;
 @group(0) @binding(21) var<storage, read> cubes: array<u32>;
 
-// A surface at either end of a ray: its place in cubes, and its normal.
+// A surface at either end of a ray: its place in cubes, its normal, and how far above its plane a ray is clear of the
+// surface's own cubes, in cubes.
 struct RayEnd {
     place: vec3f,
     normal: vec3f,
+    clear: f32,
 }
 
 /// Surfaces bend: they rise this far above their planes, in cubes, at most.
@@ -18,15 +20,10 @@ const BEND: f32 = 0.3;
 /// Where nothing of the ray would be left, its ends are lifted by the whole, and nothing is left out.
 const LIFT: f32 = 0.5;
 
-/// Place and normal in world space.
+/// Place and normal in world space. A cube that a plane crosses reaches |n.x| + |n.y| + |n.z| above it at most, 1 along an
+/// axis and 1.73 along a diagonal.
 fn ray_end(position: vec3f, normal: vec3f) -> RayEnd {
-    return RayEnd(grid_position(grid, position), normal);
-}
-
-/// How far above the plane of a surface a ray is clear of the surface's own cubes, in cubes: a cube that a plane crosses
-/// reaches |n.x| + |n.y| + |n.z| above it at most, 1 along an axis and 1.73 along a diagonal.
-fn clearance(end: RayEnd) -> f32 {
-    return abs(end.normal.x) + abs(end.normal.y) + abs(end.normal.z) + BEND;
+    return RayEnd(grid_position(grid, position), normal, abs(normal.x) + abs(normal.y) + abs(normal.z) + BEND);
 }
 
 /// Share of the way to leave out at an end, from which the way rises by `slope` above the end's plane; the whole way or
@@ -37,19 +34,18 @@ fn left_out(clear: f32, slope: f32) -> f32 {
 
 /// Whether nothing in the grid stands between two surfaces.
 fn sees(receiver: RayEnd, source: RayEnd) -> bool {
-    let clear = vec2f(clearance(receiver), clearance(source));
-    var start = receiver.place + LIFT * clear.x * receiver.normal;
-    var goal = source.place + LIFT * clear.y * source.normal;
+    var start = receiver.place + LIFT * receiver.clear * receiver.normal;
+    var goal = source.place + LIFT * source.clear * source.normal;
     let way = goal - start;
-    let first = left_out(clear.x, dot(way, receiver.normal));
-    let last = 1.0 - left_out(clear.y, -dot(way, source.normal));
+    let first = left_out(receiver.clear, dot(way, receiver.normal));
+    let last = 1.0 - left_out(source.clear, -dot(way, source.normal));
     if first < last {
         goal = start + last * way;
         start += first * way;
     } else {
         // So near or so grazing that nothing would be left: such pairs would all be free, and light would leak.
-        start = receiver.place + clear.x * receiver.normal;
-        goal = source.place + clear.y * source.normal;
+        start = receiver.place + receiver.clear * receiver.normal;
+        goal = source.place + source.clear * source.normal;
     }
     var walk = begin_walk(start, goal);
     var blocked = false;

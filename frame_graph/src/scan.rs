@@ -4,7 +4,7 @@
 use wgpu::TextureFormat as Format;
 
 use crate::{
-    Gpu, CompiledGraph,
+    CompiledGraph, Gpu,
     gpu::known_shader,
     plan::{FramePlan, ResourceId, ResourceKind},
 };

@@ -44,15 +44,7 @@ const TELEPORT_NEAR_PLANES: f32 = 500.0;
 impl View {
     /// The first frame seen from here. `near` is in scene units.
     pub fn new(world_to_view: Mat4, tan_half_fov: [f32; 2], display_size: [u32; 2], near: f32) -> Self {
-        Self {
-            world_to_view,
-            tan_half_fov,
-            display_size,
-            near,
-            frame: 0,
-            seed: 0,
-            continuity: Continuity::Changing,
-        }
+        Self { world_to_view, tan_half_fov, display_size, near, frame: 0, seed: 0, continuity: Continuity::Changing }
     }
 
     /// What another view of the plan, which is static, sees in the same frame.

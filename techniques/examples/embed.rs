@@ -7,8 +7,10 @@
 
 use std::error::Error;
 
+use halflight_frame_graph::{CompiledGraph, Externals, Gpu, View};
 use halflight_renderer::parameters::{Settings, Value};
-use halflight_renderer::{Externals, Gpu, Recording, View, plan_technique, techniques::technique};
+use halflight_renderer::plan_technique;
+use halflight_techniques::technique;
 use wgpu::{TextureFormat, TextureUsages, util::DeviceExt};
 
 const SIZE: [u32; 2] = [256, 144];
@@ -45,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let plan = plan_technique(technique("hierarchical")?, &settings, SIZE)?;
     let gpu = Gpu::new(device.clone(), queue.clone());
     let textures = [("depth", depth), ("normal", normal), ("direct", direct), ("albedo", albedo)].into();
-    let recording = Recording::new(&gpu, plan, &Externals { scene: None, textures });
+    let recording = CompiledGraph::new(&gpu, plan, &Externals { scene: None, textures });
     let world_to_view = glam::Mat4::IDENTITY;
     let continuity = Default::default();
     let view = View { world_to_view, tan_half_fov: TAN, display_size: SIZE, near: 0.1, frame: 0, seed: 0, continuity };

@@ -1,9 +1,16 @@
 //! Screen-space indirect light with a visibility bitmask (Therrien et al. 2023): along slices through the view ray, every
 //! sample hides some sectors of the hemisphere and lights the receiver through those that nothing hid before.
 
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_frame_graph::{FramePlan, ResourceId};
-use halflight_renderer::{choice, gi::{Switch, feedback::Feedback, resolution::Storage, slices::{Finds, Resolution, SliceGather, Spacing}, temporal::temporal_filter}, parameters::{self, Settings, SettingsError}};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    choice,
+    gi::{
+        Finds, Resolution, Spacing, Storage, Switch, feedback::Feedback, slices::SliceGather, temporal::temporal_filter,
+    },
+    parameters,
+    parameters::{Settings, SettingsError},
+};
 
 choice! {
     /// How sectors and light are weighted.

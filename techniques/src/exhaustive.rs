@@ -2,10 +2,13 @@
 
 use wgpu::TextureFormat as Format;
 
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use crate::hierarchical::FormFactor;
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
-use halflight_renderer::parameters::{self, Settings, SettingsError};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    parameters,
+    parameters::{Settings, SettingsError},
+};
 
 parameters! {
     /// Parameters of the exhaustive sum.

@@ -1,9 +1,13 @@
 //! Ground-truth ambient occlusion (Jimenez et al. 2016): openness between the two horizons of each slice. The baseline of
 //! the visibility bitmask: the same slices and steps, with everything that is seen infinitely thick.
 
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_frame_graph::{FramePlan, ResourceId};
-use halflight_renderer::{gi::{Switch, resolution::Storage, slices::{Finds, Resolution, SliceGather, Spacing}}, parameters::{self, Settings, SettingsError}};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    gi::{Finds, Resolution, Spacing, Storage, Switch, slices::SliceGather},
+    parameters,
+    parameters::{Settings, SettingsError},
+};
 
 parameters! {
     /// Parameters of ground-truth ambient occlusion.

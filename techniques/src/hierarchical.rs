@@ -9,11 +9,20 @@ mod views;
 mod visibility;
 
 use self::gather::{Gather, Light};
-use crate::hybrid::Sources;
+
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
-pub use halflight_renderer::gi::resolution::{Storage, UpsamplingKernel};
+
 use halflight_frame_graph::{FramePlan, ResourceId};
-use halflight_renderer::{choice, gi::{resolution::{Upsampling, pyramid, to_display}, temporal::{temporal_filter, temporal_filter_of_gloss}}, parameters::{self, Settings, SettingsError}};
+use halflight_renderer::{
+    choice,
+    gi::{
+        Sources, StartResolution, Storage, Switch, UpsamplingKernel,
+        resolution::{Upsampling, pyramid, to_display},
+        temporal::{temporal_filter, temporal_filter_of_gloss},
+    },
+    parameters,
+    parameters::{Settings, SettingsError},
+};
 
 choice! {
     /// Form factor between receiver and source.

@@ -1,9 +1,13 @@
 //! Horizon-based indirect lighting (Mayaux 2018): a sample above the horizon so far lights the receiver through the angle
 //! between the two. The baseline of the visibility bitmask for light: the same slices and steps over a height field.
 
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_frame_graph::{FramePlan, ResourceId};
-use halflight_renderer::{gi::{Switch, resolution::Storage, slices::{Finds, Resolution, SliceGather, Spacing}}, parameters::{self, Settings, SettingsError}};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    gi::{Finds, Resolution, Spacing, Storage, Switch, slices::SliceGather},
+    parameters,
+    parameters::{Settings, SettingsError},
+};
 
 parameters! {
     /// Parameters of horizon-based indirect lighting.

@@ -12,9 +12,22 @@ use self::{
     patterns::Patterns,
     specular::Specular,
 };
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_frame_graph::{FramePlan, Part, PassBuilder, ResourceId, variant};
-use halflight_renderer::{choice, gi::{StartResolution, Switch, resolution::{Level, Storage, Upsampling, UpsamplingKernel, pyramid, to_display}, rsm::{LightMaps, VirtualLights, plan_light_maps, plan_virtual_lights}, scene_voxels::{SceneVoxels, plan_scene_voxels}, temporal::{temporal_filter, temporal_filter_of_gloss}, translucency::Translucency}, parameters::{self, Settings, SettingsError}, scene::ShadowLayer};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    choice,
+    gi::{
+        Sources, StartResolution, Storage, Switch, UpsamplingKernel,
+        resolution::{Level, Upsampling, pyramid, to_display},
+        rsm::{LightMaps, VirtualLights, plan_light_maps, plan_virtual_lights},
+        scene_voxels::{SceneVoxels, plan_scene_voxels},
+        temporal::{temporal_filter, temporal_filter_of_gloss},
+        translucency::Translucency,
+    },
+    parameters,
+    parameters::{Settings, SettingsError},
+    scene::ShadowLayer,
+};
 
 choice! {
     /// Where samples are and what they weigh.
@@ -128,7 +141,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
 
     // What the screen tells is found first, and once for all lights.
     let mut patterns = (parameters.weighting != Weighting::Radiometric && (near || far))
-        .then(|| Patterns::new(plan, &parameters, level, radius));
+        .then(|| Patterns::new(plan, inputs, &parameters, level, radius));
     let mut specular = Specular::new(plan, inputs, &parameters);
     let mut openness = Openness::new(plan, inputs, &parameters, level)?;
     // Light from the lights' views is tested for what stands in between, whoever reads it; published weights are as printed.

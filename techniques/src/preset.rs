@@ -17,7 +17,7 @@ use halflight_scenes::{
 };
 use toml::de::DeValue;
 
-use crate::{self, Technique};
+use halflight_renderer::gi::Technique;
 use halflight_renderer::parameters::{Parameter, Settings, Value};
 
 /// A technique with settings; those that are missing have their defaults.
@@ -39,9 +39,8 @@ impl Preset {
         let document = source.parse()?;
         let file = Table::file(source, &document, &["technique", "settings"])?;
         let name = file.required("technique", file.text("technique")?, "technique = \"hierarchical\"")?;
-        let technique =
-            techniques::technique(name).map_err(|e| file.error("technique", format_args!("is wrong: {e}")))?;
-        let declared = techniques::parameters_of(technique);
+        let technique = crate::technique(name).map_err(|e| file.error("technique", format_args!("is wrong: {e}")))?;
+        let declared = crate::parameters_of(technique);
         let mut settings = Settings::new();
         for (key, value) in file.entries("settings")? {
             let parameter = declaration(source, technique, &declared, key, value)?;
@@ -113,9 +112,9 @@ mod tests {
 
     #[test]
     fn a_preset_reads_back() {
-        for technique in techniques::TECHNIQUES {
+        for technique in crate::TECHNIQUES {
             let mut settings: Settings =
-                techniques::parameters_of(technique).into_iter().map(|p| (p.key(), p.default)).collect();
+                crate::parameters_of(technique).into_iter().map(|p| (p.key(), p.default)).collect();
             if let Some(radius) = settings.get_mut("hierarchical.radius") {
                 *radius = Value::Float(20.5);
             }

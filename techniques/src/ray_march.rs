@@ -1,9 +1,13 @@
 //! Screen-space ray marching: a few rays a pixel, stepped along the screen until they are behind what is seen. The
 //! baseline of the visibility bitmask for noise (Therrien et al. 2023, Figure 15: 2 rays of 16 steps).
 
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_frame_graph::{FramePlan, ResourceId};
-use halflight_renderer::{gi::{resolution::Storage, slices::{Finds, Resolution, SliceGather, Spacing}}, parameters::{self, Settings, SettingsError}};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    gi::{Finds, Resolution, Spacing, Storage, slices::SliceGather},
+    parameters,
+    parameters::{Settings, SettingsError},
+};
 
 parameters! {
     /// Parameters of ray marching on the screen.

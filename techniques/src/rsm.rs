@@ -4,9 +4,17 @@
 
 use wgpu::TextureFormat as Format;
 
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
-use halflight_renderer::{choice, gi::{StartResolution, resolution::{Storage, Upsampling, UpsamplingKernel, pyramid, to_display}, rsm::plan_light_maps}, parameters::{self, Settings, SettingsError}};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    gi::{
+        StartResolution, Storage, UpsamplingKernel, Weighting,
+        resolution::{Upsampling, pyramid, to_display},
+        rsm::plan_light_maps,
+    },
+    parameters,
+    parameters::{Settings, SettingsError},
+};
 
 parameters! {
     /// Parameters of reflective shadow maps.

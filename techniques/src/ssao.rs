@@ -2,9 +2,16 @@
 
 use wgpu::TextureFormat as Format;
 
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
-use halflight_renderer::{gi::{StartResolution, resolution::{Storage, Upsampling, UpsamplingKernel, pyramid, to_display}}, parameters::{self, Settings, SettingsError}};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    gi::{
+        StartResolution, Storage, UpsamplingKernel,
+        resolution::{Upsampling, pyramid, to_display},
+    },
+    parameters,
+    parameters::{Settings, SettingsError},
+};
 
 parameters! {
     /// Parameters of screen-space ambient occlusion.

@@ -71,7 +71,7 @@ pub(super) fn plan_gbuffer(
         .objects
         .filter(|_| follows)
         .map(|_| plan.texture("object", size, Format::R32Uint, "objects move, and the temporal filter follows them"));
-    let depth_test = plan.texture("depth_test", size, halflight_frame_graph::Gpu::DEPTH_FORMAT, "hidden surfaces");
+    let depth_test = plan.texture("depth_test", size, Gpu::DEPTH_FORMAT, "hidden surfaces");
     let shader = |alpha_tested| {
         variant(
             "gbuffer/gbuffer",
@@ -159,13 +159,8 @@ pub(super) fn plan_shadows(
         return Ok(None);
     }
     let count = layers.len() as u32;
-    let maps = plan.texture_array(
-        "shadow_maps",
-        [map_size; 2],
-        count,
-        halflight_frame_graph::Gpu::DEPTH_FORMAT,
-        counted(layers.len(), "shadow map"),
-    );
+    let maps =
+        plan.texture_array("shadow_maps", [map_size; 2], count, Gpu::DEPTH_FORMAT, counted(layers.len(), "shadow map"));
     let entries = plan.data("shadow_layers", shadow_entries(layers, map_size), "what the shadow maps look at");
     let shader = |alpha_tested| {
         variant("shadow/shadow_map", &[("alpha_tested", alpha_tested), ("moving", scene.objects.is_some())])

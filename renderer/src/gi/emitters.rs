@@ -2,18 +2,18 @@
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
 
-use crate::{gi::resolution::Level, scene::{EmittingTriangle, SceneFacts}};
+use crate::{gi::resolution::Level, scene::SceneFacts};
 
 /// Where the points go: two surfaces each, behind `first` others.
-pub(crate) struct EmitterPoints {
-    pub(crate) places: ResourceId,
-    pub(crate) lights: ResourceId,
-    pub(crate) first: u32,
-    pub(crate) points: u32,
+pub struct EmitterPoints {
+    pub places: ResourceId,
+    pub lights: ResourceId,
+    pub first: u32,
+    pub points: u32,
 }
 
 /// Plans the points; with `chosen`, in view space and with their importances for receivers of this level.
-pub(crate) fn plan_emitter_points(
+pub fn plan_emitter_points(
     plan: &mut FramePlan,
     scene: &SceneFacts,
     to: &EmitterPoints,
@@ -25,8 +25,8 @@ pub(crate) fn plan_emitter_points(
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
     let indices = plan.scene_buffer("scene.indices", "its triangles");
     let materials = plan.scene_buffer("scene.materials", "the scene's materials");
-    let objects = scene.needs.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
-    let features = [("moving", scene.needs.moving()), ("chosen", chosen.is_some())];
+    let objects = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let features = [("moving", scene.moving()), ("chosen", chosen.is_some())];
     let mut pass = plan
         .pass(Part::Technique, "emitters", variant("light_views/emitters", &features))
         .param("first", to.first)

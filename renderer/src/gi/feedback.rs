@@ -7,16 +7,16 @@ use crate::gi::Inputs;
 use halflight_frame_graph::{FramePlan, History, Part, ResourceId};
 
 /// Light that is fed back.
-pub(crate) struct Feedback {
+pub struct Feedback {
     /// Direct light and what surfaces reflect of the light of the frame before: the technique's source.
-    pub(crate) source: ResourceId,
+    pub source: ResourceId,
     light: History,
 }
 
 impl Feedback {
     /// Plans the source; `None`, and nothing planned, where `bound` is 0. The bound is the largest albedo that counts,
     /// under 1: what is fed back stays under 1 / (1 - bound) of the first bounce.
-    pub(crate) fn plan(plan: &mut FramePlan, inputs: &Inputs, bound: f32) -> Option<Self> {
+    pub fn plan(plan: &mut FramePlan, inputs: &Inputs, bound: f32) -> Option<Self> {
         if bound <= 0.0 {
             return None;
         }
@@ -37,7 +37,7 @@ impl Feedback {
     }
 
     /// Plans what the next frame will feed back: this frame's light, at full resolution.
-    pub(crate) fn remember(&self, plan: &mut FramePlan, inputs: &Inputs, indirect: ResourceId) {
+    pub fn remember(&self, plan: &mut FramePlan, inputs: &Inputs, indirect: ResourceId) {
         let size = plan.display_size;
         plan.pass(Part::Technique, "remember", "feedback/remember")
             .bind("depth", inputs.depth)

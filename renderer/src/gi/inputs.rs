@@ -110,6 +110,16 @@ impl ExtraView {
     /// What a technique reads to gather in this view; `display` is what it reads for the display's.
     pub fn inputs<'a>(&self, display: &Inputs<'a>) -> Inputs<'a> {
         let &Self { depth, normal, direct, albedo, receive_only, .. } = self;
-        Inputs { depth, normal, direct, albedo, receive_only, motion: None, material: None, scene: display.scene, extra_views: &[] }
+        Inputs {
+            depth,
+            normal,
+            direct,
+            albedo,
+            receive_only,
+            motion: None,
+            material: None,
+            scene: display.scene,
+            extra_views: &[],
+        }
     }
 }

@@ -13,8 +13,6 @@ mod technique;
 pub mod temporal;
 pub mod translucency;
 
-pub use choices::{
-    Finds, Resolution, Sources, Spacing, StartResolution, Storage, Switch, UpsamplingKernel, Weighting,
-};
+pub use choices::{Finds, Resolution, Sources, Spacing, StartResolution, Storage, Switch, UpsamplingKernel, Weighting};
 pub use inputs::{ExtraView, Inputs, MotionInputs, ReceiveOnlyInputs};
 pub use technique::{GBufferNeeds, Technique};

@@ -2,20 +2,23 @@
 
 use wgpu::TextureFormat as Format;
 
-use crate::{choice, gi::Inputs, parameters::ParameterType};
+use crate::{
+    gi::{Inputs, Storage, UpsamplingKernel},
+    parameters::ParameterType,
+};
 use halflight_frame_graph::{FramePlan, Part, PassBuilder, ResourceId, variant};
 
 /// Surfaces in squares of some pixels.
-pub(crate) struct Level {
-    pub(crate) size: [u32; 2],
+pub struct Level {
+    pub size: [u32; 2],
     /// Width of a texel in full-resolution pixels.
-    pub(crate) scale: u32,
-    pub(crate) surfels: ResourceId,
+    pub scale: u32,
+    pub surfels: ResourceId,
 }
 
 /// Plans surfels of squares `divisor` pixels wide and of `last` coarser levels, each of twice the width, finest first.
 /// `constants` may choose which child a square keeps (`VOTE`).
-pub(crate) fn pyramid(
+pub fn pyramid(
     plan: &mut FramePlan,
     inputs: &Inputs,
     constants: &[(&'static str, f64)],
@@ -26,7 +29,7 @@ pub(crate) fn pyramid(
 }
 
 /// Plans surfels of squares `divisor` pixels wide (1 or 2) and the same surfaces as planes (`common/plane.wgsl`).
-pub(crate) fn surfels_and_planes(plan: &mut FramePlan, inputs: &Inputs, divisor: u32) -> (Level, ResourceId) {
+pub fn surfels_and_planes(plan: &mut FramePlan, inputs: &Inputs, divisor: u32) -> (Level, ResourceId) {
     let size = plan.display_size.map(|v| v.div_ceil(divisor));
     let planes = plan.texture("planes", size, Format::Rgba32Uint, "surfaces as planes, one fetch a sample");
     (pyramid_and_planes(plan, inputs, &[("VOTE", 0.0)], divisor, 0, Some(planes)).remove(0), planes)
@@ -94,15 +97,15 @@ fn pyramid_and_planes(
 
 /// How coarse light is brought to finer texels.
 #[derive(Clone, Copy)]
-pub(crate) struct Upsampling {
-    pub(crate) kernel: UpsamplingKernel,
+pub struct Upsampling {
+    pub kernel: UpsamplingKernel,
     /// Of what arrives at the display.
-    pub(crate) storage: Storage,
+    pub storage: Storage,
 }
 
 impl Upsampling {
     /// Begins a pass that brings light of the coarse level to texels of `fine_scale`.
-    pub(crate) fn pass<'a>(
+    pub fn pass<'a>(
         self,
         plan: &'a mut FramePlan,
         name: String,
@@ -121,7 +124,7 @@ impl Upsampling {
 /// Brings light of a level to the display, as a texture of this name; where the level is the display's, it is there
 /// already. One number a texel (R32Float) stays one; surfels with the light as radiance (Rgba32Uint) are read as such, with
 /// the linear kernel from half resolution.
-pub(crate) fn to_display(
+pub fn to_display(
     plan: &mut FramePlan,
     inputs: &Inputs,
     upsampling: &Upsampling,

@@ -3,32 +3,40 @@
 
 use wgpu::TextureFormat as Format;
 
-use crate::{gi::{Inputs, emitters::{EmitterPoints, plan_emitter_points}, resolution::Level}, parameters::SettingsError, scene::{SceneFacts, ShadowLayer, triangles}};
+use crate::{
+    gi::{
+        Inputs,
+        emitters::{EmitterPoints, plan_emitter_points},
+        resolution::Level,
+    },
+    parameters::SettingsError,
+    scene::{SceneFacts, ShadowLayer, triangles},
+};
 use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId, variant};
 
 /// Lit surfaces that stand for all that the lights light.
-pub(crate) struct VirtualLights {
+pub struct VirtualLights {
     /// `array<LightSurface>` of `light_views/light_surface.wgsl`, view space.
-    pub(crate) lights: ResourceId,
-    pub(crate) count: u32,
+    pub lights: ResourceId,
+    pub count: u32,
 }
 
 /// A pyramid over the views of all lights.
-pub(crate) struct LightPyramid {
+pub struct LightPyramid {
     /// Two `vec4u` a texel, as `light_views/light_pyramid.wgsl` lays them out.
-    pub(crate) texels: ResourceId,
+    pub texels: ResourceId,
     /// World to clip space of each view, in the order of [`Inputs::shadow_layers`].
-    pub(crate) projections: ResourceId,
+    pub projections: ResourceId,
     /// Number of views.
-    pub(crate) views: u32,
+    pub views: u32,
 }
 
 /// Textures that each view is drawn into, one after another, and what drawing them takes.
-pub(crate) struct LightMaps {
+pub struct LightMaps {
     /// World position of each texel's surface.
-    pub(crate) place: ResourceId,
+    pub place: ResourceId,
     /// Its area, its normal and the radiance that it sends on.
-    pub(crate) light: ResourceId,
+    pub light: ResourceId,
     triangles: ResourceId,
     depth: ResourceId,
     size: u32,
@@ -47,7 +55,7 @@ fn scene_of<'a>(inputs: &Inputs<'a>, technique: &str) -> Result<&'a SceneFacts, 
 
 impl LightMaps {
     /// Plans the textures, `size` texels a side.
-    pub(crate) fn new(plan: &mut FramePlan, size: u32) -> Self {
+    pub fn new(plan: &mut FramePlan, size: u32) -> Self {
         let mut map = |name: &str, format, reason: &str| plan.texture(name, [size; 2], format, reason);
         Self {
             place: map("light_view_place", Format::Rgba32Float, "what a light sees, one after another"),
@@ -131,7 +139,7 @@ impl LightMaps {
 ///
 /// # Errors
 /// Where only textures were given, without a scene and its lights.
-pub(crate) fn plan_light_maps(
+pub fn plan_light_maps(
     plan: &mut FramePlan,
     inputs: &Inputs,
     technique: &str,
@@ -191,7 +199,7 @@ const TEXEL: u64 = 32;
 ///
 /// # Errors
 /// Where only textures were given, without a scene and its lights, or where all views do not fit a buffer.
-pub(crate) fn plan_light_pyramid(
+pub fn plan_light_pyramid(
     plan: &mut FramePlan,
     inputs: &Inputs,
     technique: &str,
@@ -208,8 +216,7 @@ pub(crate) fn plan_light_pyramid(
     refuse_too_large(technique, size, u64::from(views), LARGEST_BUFFER / TEXEL * 3 / 4)?;
     let count: u64 = (0..levels).map(|level| u64::from(views) * u64::from(size >> level).pow(2)).sum();
     let texels = plan.buffer("light_pyramid", count * TEXEL, "surfaces that the lights light, at several scales");
-    let projections =
-        plan.data("light_projections", light_projections(layers), "where a light sees a receiver");
+    let projections = plan.data("light_projections", light_projections(layers), "where a light sees a receiver");
     plan_light_maps(plan, inputs, technique, size, |plan, maps, index, _| {
         plan.pass(Part::Technique, format!("keep_{index}"), "light_views/keep")
             .param("first", index as u32 * size * size)
@@ -232,7 +239,7 @@ pub(crate) fn plan_light_pyramid(
 }
 
 /// World to clip space of these views, as `array<mat4x4f>`.
-pub(crate) fn light_projections(views: &[ShadowLayer]) -> Vec<u8> {
+pub fn light_projections(views: &[ShadowLayer]) -> Vec<u8> {
     let words: Vec<f32> = views.iter().flat_map(|view| view.world_to_clip.to_cols_array()).collect();
     bytemuck::cast_slice(&words).to_vec()
 }
@@ -242,7 +249,7 @@ pub(crate) fn light_projections(views: &[ShadowLayer]) -> Vec<u8> {
 ///
 /// # Errors
 /// Where only textures were given, without a scene and its lights.
-pub(crate) fn plan_virtual_lights(
+pub fn plan_virtual_lights(
     plan: &mut FramePlan,
     inputs: &Inputs,
     technique: &str,

@@ -23,15 +23,15 @@ fn rows(resolution: u32) -> u32 {
 
 /// The grid on the device.
 #[derive(Clone, Copy)]
-pub(crate) struct SceneVoxels {
+pub struct SceneVoxels {
     /// `Grid` of `scene_voxels/grid.wgsl`.
-    pub(crate) grid: ResourceId,
+    pub grid: ResourceId,
     /// One bit a cube.
-    pub(crate) cubes: ResourceId,
+    pub cubes: ResourceId,
 }
 
 /// Plans a grid with `resolution` cubes along the scene's longest side.
-pub(crate) fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u32) -> SceneVoxels {
+pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u32) -> SceneVoxels {
     let [low, high] = scene.bounds.map(Vec3::from);
     let longest = (high - low).max_element().max(f32::MIN_POSITIVE * 1e10);
     let width = longest / resolution as f32;

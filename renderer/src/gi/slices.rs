@@ -3,33 +3,36 @@
 
 use wgpu::TextureFormat as Format;
 
-use crate::{choice, gi::{Inputs, resolution::{Level, Storage, Upsampling, UpsamplingKernel, surfels_and_planes, to_display}}};
+use crate::gi::{
+    Finds, Inputs, Resolution, Storage, UpsamplingKernel,
+    resolution::{Level, Upsampling, surfels_and_planes, to_display},
+};
 use halflight_frame_graph::{FramePlan, Part, PassBuilder, ResourceId, variant};
 
 /// What stands for no end of the radius, scene units: its square is a number, and no scene is as large.
 const FAR: f32 = 1e15;
 
 /// A gather along slices.
-pub(crate) struct SliceGather<'a> {
-    pub(crate) technique: &'static str,
-    pub(crate) shader: &'static str,
+pub struct SliceGather<'a> {
+    pub technique: &'static str,
+    pub shader: &'static str,
     /// Features of the shader, in its order.
-    pub(crate) features: &'a [(&'static str, bool)],
-    pub(crate) constants: &'a [(&'static str, f64)],
-    pub(crate) finds: Finds,
+    pub features: &'a [(&'static str, bool)],
+    pub constants: &'a [(&'static str, f64)],
+    pub finds: Finds,
     /// Scene units; 0 for unlimited.
-    pub(crate) radius: f32,
-    pub(crate) resolution: Resolution,
+    pub radius: f32,
+    pub resolution: Resolution,
     /// Passes of the filter.
-    pub(crate) denoise: u32,
-    pub(crate) storage: Storage,
+    pub denoise: u32,
+    pub storage: Storage,
 }
 
 impl SliceGather<'_> {
     /// Plans surfels, the gather, filter and upsampling; `bind` adds what only this technique's gather reads. Returns
     /// light at full resolution; or leaves openness among the outputs, and returns the environment's light where the scene has
     /// one.
-    pub(crate) fn plan(
+    pub fn plan(
         &self,
         plan: &mut FramePlan,
         inputs: &Inputs,
@@ -96,13 +99,13 @@ fn tiled([width, height]: [u32; 2]) -> [u32; 2] {
 }
 
 /// The scene's environment, where it has one.
-pub(crate) fn environment_of(plan: &mut FramePlan, inputs: &Inputs) -> Option<ResourceId> {
+pub fn environment_of(plan: &mut FramePlan, inputs: &Inputs) -> Option<ResourceId> {
     let any = inputs.scene.is_some_and(|scene| scene.needs.environment);
     any.then(|| plan.scene_buffer("scene.needs.environment", "light from outside"))
 }
 
 /// Plans the spatial filter: `count` passes, the taps of each twice as far apart as those of the one before.
-pub(crate) fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) -> ResourceId {
+pub fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) -> ResourceId {
     let format = plan.resources[noisy.0].format().unwrap_or(Format::Rgba32Float);
     let openness = format == Format::R32Float;
     let packed = format == Format::Rgba32Uint;

@@ -3,25 +3,28 @@
 
 use wgpu::TextureFormat as Format;
 
-use crate::{gi::{Inputs, rsm::LightMaps}, scene::shadow::ShadowLayer};
+use crate::{
+    gi::{Inputs, rsm::LightMaps},
+    scene::shadow::ShadowLayer,
+};
 use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
 
 /// The sum over the lights' views, as it is planned.
-pub(crate) struct Translucency<'a> {
-    inputs: &'a Inputs,
+pub struct Translucency<'a> {
+    inputs: &'a Inputs<'a>,
     /// Index of each pixel's material; `None` where nothing is translucent or nobody asks.
     material: Option<ResourceId>,
     sum: Option<ResourceId>,
 }
 
 impl<'a> Translucency<'a> {
-    pub(crate) fn new(inputs: &'a Inputs, wanted: bool) -> Self {
+    pub fn new(inputs: &'a Inputs<'a>, wanted: bool) -> Self {
         let translucent = wanted && inputs.scene.is_some_and(|scene| scene.needs.translucent);
         Self { inputs, material: inputs.material.filter(|_| translucent), sum: None }
     }
 
     /// Plans what the light of this view sends through.
-    pub(crate) fn add(&mut self, plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer) {
+    pub fn add(&mut self, plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer) {
         let Some(material) = self.material else { return };
         let size = plan.display_size;
         // No pass may read what it writes.
@@ -50,7 +53,7 @@ impl<'a> Translucency<'a> {
     }
 
     /// Leaves the sum among the plan's outputs.
-    pub(crate) fn finish(self, plan: &mut FramePlan) {
+    pub fn finish(self, plan: &mut FramePlan) {
         plan.outputs.extend(self.sum.map(|sum| ("transmitted", sum)));
     }
 }

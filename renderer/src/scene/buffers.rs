@@ -7,7 +7,6 @@ use glam::{Mat4, Vec3, vec2};
 use halflight_frame_graph::{Gpu, Provider, Triangles};
 use halflight_scenes::{Environment, Light, Mesh, Scene, Texture};
 
-
 /// Twin of `Vertex` in `common/scene.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -254,7 +253,10 @@ pub mod triangles {
     }
 
     /// As [`by_alpha`], of numbered triangles.
-    pub fn numbered_by_alpha(alpha_tested: bool, opaque: impl FnOnce() -> String) -> Vec<(&'static str, Option<String>)> {
+    pub fn numbered_by_alpha(
+        alpha_tested: bool,
+        opaque: impl FnOnce() -> String,
+    ) -> Vec<(&'static str, Option<String>)> {
         if alpha_tested {
             vec![(NUMBERED_OPAQUE, Some(opaque())), (NUMBERED_ALPHA_TESTED, None)]
         } else {

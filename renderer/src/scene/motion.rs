@@ -3,7 +3,15 @@
 use glam::{Mat4, Vec3};
 use halflight_scenes::Scene;
 
-use crate::{frame::shadow_entries, gi::rsm::light_projections, scene::{SceneBuffers, buffers::{Object, lights}, shadow::{shadow_bounds, shadow_layers}}};
+use crate::{
+    frame::shadow_entries,
+    gi::rsm::light_projections,
+    scene::{
+        SceneBuffers,
+        buffers::{Object, lights},
+        shadow::{shadow_bounds, shadow_layers},
+    },
+};
 use halflight_frame_graph::{CompiledGraph, Continuity, Gpu, ResourceKind, View};
 
 /// The moving parts of a scene that was uploaded.
@@ -40,7 +48,7 @@ impl<'a> SceneMotion<'a> {
     }
 
     /// Writes where everything is at `view.frame`, for a recording of the scene's plan that records this view next.
-    pub fn write(&self, gpu: &Gpu, recording: &Recording, view: &View) {
+    pub fn write(&self, gpu: &Gpu, recording: &CompiledGraph, view: &View) {
         let pose = self.scene.pose(view.frame);
         if let Some(buffer) = &self.objects {
             // Where the frame before is not reused, any pose of it will do.

@@ -2,7 +2,10 @@
 
 use wgpu::TextureFormat as Format;
 
-use super::{DiscArea, Hierarchical, VisibilityBounces, covering_radius, ring_radii, upsampling, visibility::{LevelVoxels, Voxels}};
+use super::{
+    DiscArea, Hierarchical, VisibilityBounces, covering_radius, ring_radii, upsampling,
+    visibility::{LevelVoxels, Voxels},
+};
 use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
 use halflight_renderer::gi::resolution::Level;
 

@@ -4,7 +4,16 @@ use wgpu::TextureFormat as Format;
 
 use super::{Hierarchical, LightVisibility, covering_radius, ring_radii};
 use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
-use halflight_renderer::{gi::{Inputs, emitters::{EmitterPoints, plan_emitter_points}, resolution::Level, rsm::{LightPyramid, plan_light_pyramid}, scene_voxels::plan_scene_voxels}, parameters::SettingsError};
+use halflight_renderer::{
+    gi::{
+        Inputs,
+        emitters::{EmitterPoints, plan_emitter_points},
+        resolution::Level,
+        rsm::{LightPyramid, plan_light_pyramid},
+        scene_voxels::plan_scene_voxels,
+    },
+    parameters::SettingsError,
+};
 
 /// Plans the gather from the lights' views at the resolution of `level`, and adds `near`, the screen's light of what is
 /// closer than `border` (scene units); without `near`, the lights' views send from any distance. `None` where there

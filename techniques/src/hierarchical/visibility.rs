@@ -3,8 +3,12 @@
 use wgpu::TextureFormat as Format;
 
 use super::{Hierarchical, Visibility};
-use halflight_frame_graph::{FramePlan, Gpu, Meshes, Part, ResourceId, variant};
-use halflight_renderer::{gi::{Inputs, resolution::Level}, parameters::SettingsError};
+use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId, variant};
+use halflight_renderer::{
+    gi::{Inputs, resolution::Level},
+    parameters::SettingsError,
+    scene::{SceneFacts, triangles},
+};
 
 /// Slices of depth: bits of a column.
 pub const SLICES: u32 = 128;
@@ -123,7 +127,8 @@ fn rasters(scene: &SceneFacts, visibility: Visibility) -> Vec<Raster> {
             // Flipping slices has to come first: setting them is the last word. An empty scene has one pass that draws
             // nothing, to clear the grid.
             let open = scene.open_meshes() || !scene.solid_meshes() && cut_outs.is_none();
-            let both = [scene.solid_meshes().then(|| solid(triangles::SOLID, false)), open.then(|| surfaces(triangles::OPEN))];
+            let both =
+                [scene.solid_meshes().then(|| solid(triangles::SOLID, false)), open.then(|| surfaces(triangles::OPEN))];
             both.into_iter().flatten().collect()
         }
     };

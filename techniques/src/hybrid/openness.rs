@@ -4,7 +4,16 @@ use wgpu::TextureFormat as Format;
 
 use super::{Hybrid, Views};
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
-use halflight_renderer::{gi::{Inputs, resolution::{Level, Storage, Upsampling, UpsamplingKernel, to_display}, rsm::LightMaps, slices::denoised}, parameters::SettingsError, scene::ShadowLayer};
+use halflight_renderer::{
+    gi::{
+        Inputs, Storage, UpsamplingKernel,
+        resolution::{Level, Upsampling, to_display},
+        rsm::LightMaps,
+        slices::denoised,
+    },
+    parameters::SettingsError,
+    scene::ShadowLayer,
+};
 
 /// Passes of the filter: two average 25 texels, after which 32 samples leave about 2 % of noise.
 const BLUR: u32 = 2;

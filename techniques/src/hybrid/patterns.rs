@@ -2,9 +2,13 @@
 
 use wgpu::TextureFormat as Format;
 
-use super::{Hybrid, Sources, Weighting, constants};
+use super::{Hybrid, Weighting, constants};
 use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
-use halflight_renderer::{gi::{resolution::Level, rsm::LightMaps, scene_voxels::SceneVoxels}, scene::ShadowLayer};
+use halflight_renderer::gi::Sources;
+use halflight_renderer::{
+    gi::{Inputs, resolution::Level, rsm::LightMaps, scene_voxels::SceneVoxels},
+    scene::ShadowLayer,
+};
 
 /// How much larger the shell of the lights' samples is than the hemisphere of the screen's, where a setting leaves it open:
 /// radii 3 and 30 in the paper.
@@ -22,7 +26,13 @@ pub(super) struct Patterns<'a> {
 
 impl<'a> Patterns<'a> {
     /// Plans the screen's part, where it is asked for. `radius` is that of the small hemisphere, scene units.
-    pub(super) fn new(plan: &mut FramePlan, parameters: &'a Hybrid, level: &'a Level, radius: f32) -> Self {
+    pub(super) fn new(
+        plan: &mut FramePlan,
+        inputs: &Inputs,
+        parameters: &'a Hybrid,
+        level: &'a Level,
+        radius: f32,
+    ) -> Self {
         let near = parameters.sources != Sources::Lights;
         let far = parameters.sources != Sources::Screen;
         let views = if far { inputs.shadow_layers().len() } else { 0 };

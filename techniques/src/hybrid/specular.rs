@@ -6,11 +6,14 @@ use wgpu::TextureFormat as Format;
 
 use super::{Hybrid, Views, constants};
 use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
-use halflight_renderer::{gi::{Inputs, rsm::LightMaps, scene_voxels::SceneVoxels}, scene::ShadowLayer};
+use halflight_renderer::{
+    gi::{Inputs, rsm::LightMaps, scene_voxels::SceneVoxels},
+    scene::ShadowLayer,
+};
 
 /// Light in the mirror direction so far. Passes alternate between two textures, because none may read what it writes.
 pub(super) struct Specular<'a> {
-    inputs: &'a Inputs,
+    inputs: &'a Inputs<'a>,
     material: ResourceId,
     materials: ResourceId,
     mirror_map: ResourceId,
@@ -23,7 +26,7 @@ pub(super) struct Specular<'a> {
 
 impl<'a> Specular<'a> {
     /// Plans the march on the screen, once for all lights; nothing where no material is glossy or the setting is off.
-    pub(super) fn new(plan: &mut FramePlan, inputs: &'a Inputs, parameters: &Hybrid) -> Option<Self> {
+    pub(super) fn new(plan: &mut FramePlan, inputs: &'a Inputs<'a>, parameters: &Hybrid) -> Option<Self> {
         let material = inputs.material.filter(|_| parameters.specular != Views::Off)?;
         let scene = inputs.scene.filter(|scene| scene.needs.glossy)?;
         let materials = plan.scene_buffer("scene.materials", "glossy materials");

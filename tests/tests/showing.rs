@@ -2,11 +2,11 @@
 //! change only in their numbers.
 #![allow(clippy::unwrap_used)]
 
-use halflight_frame_graph::{CompiledGraph, Externals, FramePlan, Part, View};
+use halflight_frame_graph::{CompiledGraph, Externals, FramePlan, Part};
 use halflight_native::frames::{Timing, read_texture, run_frame};
 use halflight_renderer::{
     plan_frame,
-    scene::{SceneBuffers, SceneFacts},
+    scene::{SceneBuffers, SceneFacts, camera_view},
     tone::{Rgb, tone_map},
 };
 use halflight_scenes::{Camera, Light};

@@ -2,13 +2,13 @@
 
 use glam::Vec3;
 use halflight_evaluator::session::{Frames, Request, Session};
-use halflight_frame_graph::{CompiledGraph, Externals, ResourceKind, View};
+use halflight_frame_graph::{CompiledGraph, Externals, ResourceKind};
 use halflight_native::images::{Rgb, luminance};
 use halflight_renderer::{
     gi::temporal::frames_until,
     parameters::Value,
     plan_frame,
-    scene::{SceneBuffers, SceneFacts},
+    scene::{SceneBuffers, SceneFacts, camera_view},
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Motion, Moves, Scene};
 use halflight_tests::{bundled, device, frames, known, request, scenes, settings};

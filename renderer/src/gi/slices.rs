@@ -101,7 +101,7 @@ fn tiled([width, height]: [u32; 2]) -> [u32; 2] {
 /// The scene's environment, where it has one.
 pub fn environment_of(plan: &mut FramePlan, inputs: &Inputs) -> Option<ResourceId> {
     let any = inputs.scene.is_some_and(|scene| scene.needs.environment);
-    any.then(|| plan.scene_buffer("scene.needs.environment", "light from outside"))
+    any.then(|| plan.scene_buffer("scene.environment", "light from outside"))
 }
 
 /// Plans the spatial filter: `count` passes, the taps of each twice as far apart as those of the one before.

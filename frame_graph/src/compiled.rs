@@ -6,13 +6,12 @@ use std::{
     sync::{Mutex, MutexGuard, PoisonError},
 };
 
-use halflight_shared_shaders::{Binding, BindingKind, Shader};
+use halflight_shared_shaders::{BindingKind, UniformValue};
 
 use crate::{
     Gpu, View,
-    gpu::known_shader,
     plan::{FramePlan, Pass, Resource, ResourceId, ResourceKind},
-    uniform::{self, UniformValue},
+    uniform,
 };
 
 mod histories;
@@ -174,7 +173,7 @@ impl CompiledGraph {
                 _ => data.clone(),
             })
             .collect();
-        let block = |name| plan.passes.iter().flat_map(|pass| bindings(pass)).find(|b| b.name == name).map(|b| &b.kind);
+        let block = |name| plan.passes.iter().flat_map(|pass| pass.shader.bindings()).find(|b| b.name == name).map(|b| &b.kind);
         let uniform = |label, size| {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
@@ -482,8 +481,8 @@ fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {
             }
     };
     let same_pass = |(old, new): (&Pass, &Pass)| {
-        (&old.name, &old.shader, &old.constants, &old.bindings, &old.cleared, &old.work)
-            == (&new.name, &new.shader, &new.constants, &new.bindings, &new.cleared, &new.work)
+        (&old.name, old.shader, &old.constants, &old.bindings, &old.cleared, &old.work)
+            == (&new.name, new.shader, &new.constants, &new.bindings, &new.cleared, &new.work)
     };
     old.display_size == new.display_size
         && old.views == new.views
@@ -494,26 +493,9 @@ fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {
         && old.passes.iter().zip(&new.passes).all(same_pass)
 }
 
-/// Distinct resource variables of a pass's shader.
-fn bindings(pass: &Pass) -> Vec<&'static Binding> {
-    bindings_of(known_shader(&pass.shader))
-}
-
-/// Distinct resource variables of a shader.
-fn bindings_of(shader: &'static Shader) -> Vec<&'static Binding> {
-    let mut all: Vec<&Binding> = Vec::new();
-    for binding in shader.entry_points.iter().flat_map(|entry| entry.bindings) {
-        if !all.iter().any(|other| other.name == binding.name) {
-            all.push(binding);
-        }
-    }
-    all
-}
-
 /// Layout of the uniform block that holds a pass's own values.
 fn params_layout(pass: &Pass) -> Option<&'static BindingKind> {
-    let own = |b: &&Binding| matches!(b.kind, BindingKind::Uniform { .. }) && !["view", "previous"].contains(&b.name);
-    bindings(pass).into_iter().find(own).map(|binding| &binding.kind)
+    pass.shader.bindings().find(|binding| binding.name == "params").map(|binding| &binding.kind)
 }
 
 fn params_of(gpu: &Gpu, pass: &Pass) -> Option<wgpu::Buffer> {

@@ -15,7 +15,6 @@ pub use compiled::{CompiledGraph, Externals, PassTime, Provider, Triangles};
 pub use gpu::Gpu;
 pub use plan::{
     Draw, FramePlan, History, Part, Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Work,
-    bytes_in_words, variant,
+    bytes_in_words,
 };
-pub use uniform::UniformValue;
 pub use view::{Continuity, View};

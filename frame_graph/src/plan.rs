@@ -14,6 +14,16 @@ pub use display::bytes_in_words;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct ResourceId(pub usize);
 
+/// Something that changes between frames, such as what a light looks at. The caller chooses the kinds and gives new
+/// contents by handle: see [`crate::CompiledGraph::write_changed`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct Handle {
+    /// What it is, by a name of the caller.
+    pub kind: &'static str,
+    /// Which one of its kind.
+    pub index: u32,
+}
+
 /// What a resource is made of.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum ResourceKind {
@@ -27,11 +37,13 @@ pub enum ResourceKind {
         #[serde(serialize_with = "as_debug")]
         format: wgpu::TextureFormat,
     },
-    /// A buffer filled once with these bytes.
+    /// A buffer filled with these bytes; once, or anew where what they depend on changes.
     Data {
         /// Contents.
         #[serde(skip)]
         bytes: Vec<u8>,
+        /// What they depend on; `None` where they never change.
+        handle: Option<Handle>,
     },
     /// A storage buffer that passes write.
     Buffer {
@@ -91,7 +103,7 @@ impl Resource {
             ResourceKind::Previous { size: [w, h], format, .. } => {
                 u64::from(*w) * u64::from(*h) * u64::from(format.block_copy_size(None).unwrap_or(4))
             }
-            ResourceKind::Data { bytes } => bytes.len() as u64,
+            ResourceKind::Data { bytes, .. } => bytes.len() as u64,
             ResourceKind::Buffer { size } => *size,
             ResourceKind::External => 0,
         }
@@ -325,7 +337,28 @@ impl FramePlan {
 
     /// Adds a buffer with contents.
     pub fn data(&mut self, name: impl Into<String>, bytes: Vec<u8>, reason: impl Into<String>) -> ResourceId {
-        self.resource(name, ResourceKind::Data { bytes }, reason)
+        self.resource(name, ResourceKind::Data { bytes, handle: None }, reason)
+    }
+
+    /// The buffer whose contents depend on this handle, added where the plan has none yet. All views share it.
+    pub fn changing_data(
+        &mut self,
+        handle: Handle,
+        name: impl Into<String>,
+        bytes: impl FnOnce() -> Vec<u8>,
+        reason: impl Into<String>,
+    ) -> ResourceId {
+        let depends =
+            |kind: &ResourceKind| matches!(kind, ResourceKind::Data { handle: Some(own), .. } if *own == handle);
+        let known = self.resources.iter().position(|resource| depends(&resource.kind));
+        known.map_or_else(
+            || {
+                let kind = ResourceKind::Data { bytes: bytes(), handle: Some(handle) };
+                self.resources.push(Resource { name: name.into(), kind, reason: reason.into() });
+                ResourceId(self.resources.len() - 1)
+            },
+            ResourceId,
+        )
     }
 
     /// Adds a storage buffer of this many bytes.
@@ -352,12 +385,7 @@ impl FramePlan {
 
     /// Begins a pass of this name: one run of a shader. [`PassBuilder::over`], [`PassBuilder::draw`] or
     /// [`PassBuilder::voxelize`] adds it.
-    pub fn pass(
-        &mut self,
-        part: Part,
-        name: impl Into<String>,
-        call: impl Into<Call<ResourceId>>,
-    ) -> PassBuilder<'_> {
+    pub fn pass(&mut self, part: Part, name: impl Into<String>, call: impl Into<Call<ResourceId>>) -> PassBuilder<'_> {
         let (name, view) = (self.in_view(name.into()), self.view);
         let part = if view.is_some() { Part::Technique } else { part };
         let Call { shader, bindings, params, constants } = call.into();

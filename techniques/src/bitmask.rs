@@ -6,10 +6,17 @@ use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_renderer::{
     choice,
     gi::{
-        Finds, Resolution, Spacing, Storage, Switch, feedback::Feedback, slices::SliceGather, temporal::temporal_filter,
+        Finds, Resolution, Spacing, Storage, Switch,
+        feedback::Feedback,
+        slices::{SliceGather, SliceInputs},
+        temporal::temporal_filter,
     },
     parameters,
     parameters::{Settings, SettingsError},
+};
+use halflight_shared_shaders::{
+    Call,
+    bitmask::gather::{self, Gather},
 };
 
 choice! {
@@ -107,15 +114,9 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let parameters = Bitmask::from_settings(settings)?;
     let lit = parameters.finds == Finds::Light;
     let sectors = parameters.sectors.count();
-    let mut constants = parameters.constants();
-    constants
-        .extend([("SECTORS", f64::from(sectors)), ("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0)))]);
     let feedback = Feedback::plan(plan, inputs, if lit { parameters.feedback } else { 0.0 });
-    let gather = SliceGather {
+    let slices = SliceGather {
         technique: Bitmask::TECHNIQUE,
-        shader: "bitmask/gather",
-        features: &[("light", lit), ("wide", sectors > 32)],
-        constants: &constants,
         finds: parameters.finds,
         radius: parameters.radius,
         resolution: parameters.resolution,
@@ -123,9 +124,35 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         storage: parameters.storage,
     };
     let source = Inputs { direct: feedback.as_ref().map_or(inputs.direct, |feedback| feedback.source), ..*inputs };
-    let light = gather.plan(plan, &source, |pass| {
-        pass.param("thickness", parameters.thickness).param("thickness_slope", parameters.thickness_slope)
-    });
+    let light =
+        slices.plan(plan, &source, |SliceInputs { surfels, planes, gathered, environment, packed, scale, radius }| {
+            Call::from(Gather {
+                surfels,
+                planes,
+                gathered,
+                ambient: environment.is_some(),
+                light: lit,
+                packed,
+                wide: sectors > 32,
+                environment,
+                params: gather::Params {
+                    scale,
+                    radius,
+                    thickness: parameters.thickness,
+                    thickness_slope: parameters.thickness_slope,
+                },
+                constants: gather::Constants {
+                    slices: parameters.slices,
+                    steps: parameters.steps,
+                    sectors,
+                    spacing: parameters.spacing as u32,
+                    jitter: parameters.jitter == Switch::On,
+                    radiometric: parameters.estimator == Estimator::Radiometric,
+                    over_frames: parameters.temporal_a > 0.0,
+                    ambient: parameters.ambient as u32,
+                },
+            })
+        });
     let light = temporal_filter(plan, inputs, light, parameters.temporal_a);
     if let (Some(feedback), Some(light)) = (feedback, light) {
         feedback.remember(plan, inputs, light);

@@ -4,9 +4,16 @@
 use halflight_frame_graph::{FramePlan, ResourceId};
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_renderer::{
-    gi::{Finds, Resolution, Spacing, Storage, Switch, slices::SliceGather},
+    gi::{
+        Finds, Resolution, Spacing, Storage, Switch,
+        slices::{SliceGather, SliceInputs},
+    },
     parameters,
     parameters::{Settings, SettingsError},
+};
+use halflight_shared_shaders::{
+    Call,
+    gtao::gather::{self, Gather},
 };
 
 parameters! {
@@ -44,13 +51,8 @@ pub const TECHNIQUE: Technique = Technique {
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Gtao::from_settings(settings)?;
-    let mut constants = parameters.constants();
-    constants.push(("FALLS", f64::from(u8::from(parameters.falloff > 0.0))));
-    let gather = SliceGather {
+    let slices = SliceGather {
         technique: Gtao::TECHNIQUE,
-        shader: "gtao/gather",
-        features: &[],
-        constants: &constants,
         finds: Finds::Occlusion,
         radius: parameters.radius,
         resolution: parameters.resolution,
@@ -58,5 +60,19 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         // Openness is one float, whatever light is stored as.
         storage: Storage::Float32,
     };
-    Ok(gather.plan(plan, inputs, |pass| pass.param("falloff", parameters.falloff)))
+    Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, scale, radius, .. }| {
+        Call::from(Gather {
+            surfels,
+            planes,
+            gathered,
+            params: gather::Params { scale, radius, falloff: parameters.falloff },
+            constants: gather::Constants {
+                slices: parameters.slices,
+                steps: parameters.steps,
+                spacing: parameters.spacing as u32,
+                jitter: parameters.jitter == Switch::On,
+                falls: parameters.falloff > 0.0,
+            },
+        })
+    }))
 }

@@ -290,7 +290,8 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         sources != Sources::Lights || parameters.bounces > 1 || glossy_material(inputs, &parameters).is_some();
     // Levels coarser than the only one wanted have nothing to add.
     let last = if screen_gathers { only.unwrap_or(parameters.levels - 1) } else { 0 };
-    let levels = pyramid(plan, inputs, &parameters.constants(), parameters.start_resolution.divisor(), last);
+    let vote = parameters.pyramid_filter == PyramidFilter::Vote;
+    let levels = pyramid(plan, inputs, vote, parameters.start_resolution.divisor(), last);
     let tested = sources != Sources::Lights
         || parameters.bounces > 1 && parameters.visibility_bounces == VisibilityBounces::All
         || glossy_material(inputs, &parameters).is_some();

@@ -4,9 +4,16 @@
 use halflight_frame_graph::{FramePlan, ResourceId};
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_renderer::{
-    gi::{Finds, Resolution, Spacing, Storage, Switch, slices::SliceGather},
+    gi::{
+        Finds, Resolution, Spacing, Storage, Switch,
+        slices::{SliceGather, SliceInputs},
+    },
     parameters,
     parameters::{Settings, SettingsError},
+};
+use halflight_shared_shaders::{
+    Call,
+    horizon::gather::{self, Gather},
 };
 
 parameters! {
@@ -44,16 +51,28 @@ pub const TECHNIQUE: Technique = Technique {
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Horizon::from_settings(settings)?;
-    let gather = SliceGather {
+    let slices = SliceGather {
         technique: Horizon::TECHNIQUE,
-        shader: "horizon/gather",
-        features: &[],
-        constants: &parameters.constants(),
         finds: Finds::Light,
         radius: parameters.radius,
         resolution: parameters.resolution,
         denoise: parameters.denoise,
         storage: parameters.storage,
     };
-    Ok(gather.plan(plan, inputs, |pass| pass))
+    Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, environment, packed, scale, radius }| {
+        Call::from(Gather {
+            surfels,
+            planes,
+            gathered,
+            ambient: environment,
+            packed,
+            params: gather::Params { scale, radius },
+            constants: gather::Constants {
+                slices: parameters.slices,
+                steps: parameters.steps,
+                spacing: parameters.spacing as u32,
+                jitter: parameters.jitter == Switch::On,
+            },
+        })
+    }))
 }

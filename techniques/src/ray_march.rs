@@ -4,9 +4,16 @@
 use halflight_frame_graph::{FramePlan, ResourceId};
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_renderer::{
-    gi::{Finds, Resolution, Spacing, Storage, slices::SliceGather},
+    gi::{
+        Finds, Resolution, Spacing, Storage,
+        slices::{SliceGather, SliceInputs},
+    },
     parameters,
     parameters::{Settings, SettingsError},
+};
+use halflight_shared_shaders::{
+    Call,
+    ray_march::march::{self, March},
 };
 
 parameters! {
@@ -48,18 +55,34 @@ pub const TECHNIQUE: Technique = Technique {
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = RayMarch::from_settings(settings)?;
-    let gather = SliceGather {
+    let slices = SliceGather {
         technique: RayMarch::TECHNIQUE,
-        shader: "ray-march/march",
-        features: &[("light", parameters.finds == Finds::Light)],
-        constants: &parameters.constants(),
         finds: parameters.finds,
         radius: parameters.radius,
         resolution: parameters.resolution,
         denoise: parameters.denoise,
         storage: parameters.storage,
     };
-    Ok(gather.plan(plan, inputs, |pass| {
-        pass.param("thickness", parameters.thickness).param("thickness_slope", parameters.thickness_slope)
+    Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, environment, packed, scale, radius }| {
+        Call::from(March {
+            surfels,
+            planes,
+            gathered,
+            ambient: environment.is_some(),
+            light: parameters.finds == Finds::Light,
+            packed,
+            environment,
+            params: march::Params {
+                scale,
+                radius,
+                thickness: parameters.thickness,
+                thickness_slope: parameters.thickness_slope,
+            },
+            constants: march::Constants {
+                rays: parameters.rays,
+                steps: parameters.steps,
+                spacing: parameters.spacing as u32,
+            },
+        })
     }))
 }

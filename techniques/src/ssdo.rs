@@ -1,6 +1,7 @@
 //! Screen-space directional occlusion, its indirect light (Ritschel et al. 2009): points inside a hemisphere that what is
 //! seen hides are lit by it.
 
+use halflight_shared_shaders::ssdo::gather::{self, Gather};
 use wgpu::TextureFormat as Format;
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
@@ -48,15 +49,18 @@ pub const TECHNIQUE: Technique = Technique {
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Ssdo::from_settings(settings)?;
     let radius = inputs.nearby(parameters.radius, Ssdo::TECHNIQUE)?;
-    let level = pyramid(plan, inputs, &[("VOTE", 0.0)], parameters.start_resolution.divisor(), 0).remove(0);
+    let level = pyramid(plan, inputs, false, parameters.start_resolution.divisor(), 0).remove(0);
     let gathered = plan.texture("gathered", level.size, Format::Rgba32Float, "light at the start resolution");
-    plan.pass(Part::Technique, "gather", "ssdo/gather")
-        .constants(&parameters.constants())
-        .param("scale", level.scale as f32)
-        .param("radius", radius)
-        .param("intensity", parameters.intensity)
-        .bind("surfels", level.surfels)
-        .bind("gathered", gathered)
+    let run = Gather {
+        surfels: level.surfels,
+        gathered,
+        params: gather::Params { scale: level.scale as f32, radius, intensity: parameters.intensity },
+        constants: gather::Constants {
+            samples: parameters.samples,
+            radiometric: parameters.weighting == Weighting::Radiometric,
+        },
+    };
+    plan.pass(Part::Technique, "gather", run)
         .because("what hides points of the hemisphere sends light")
         .over(level.size);
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };

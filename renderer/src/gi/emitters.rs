@@ -7,9 +7,13 @@ use crate::{gi::resolution::Level, scene::SceneFacts};
 
 /// Where the points go: two surfaces each, behind `first` others.
 pub struct EmitterPoints {
+    /// Positions, `array<vec4f>`.
     pub places: ResourceId,
+    /// Light that they send, `array<vec4u>`.
     pub lights: ResourceId,
+    /// Surfaces before them in both buffers.
     pub first: u32,
+    /// Number of points.
     pub points: u32,
 }
 

@@ -16,9 +16,11 @@ use halflight_shared_shaders::{
 
 /// Surfaces in squares of some pixels.
 pub struct Level {
+    /// Width and height, texels.
     pub size: [u32; 2],
     /// Width of a texel in full-resolution pixels.
     pub scale: u32,
+    /// Surfels, one a texel.
     pub surfels: ResourceId,
 }
 
@@ -94,6 +96,7 @@ fn pyramid_and_planes(
 /// How coarse light is brought to finer texels.
 #[derive(Clone, Copy)]
 pub struct Upsampling {
+    /// Kernel of the filter.
     pub kernel: UpsamplingKernel,
     /// Of what arrives at the display.
     pub storage: Storage,

@@ -28,6 +28,7 @@ use halflight_shared_shaders::{
 pub struct VirtualLights {
     /// `array<LightSurface>` of `light_views/light_surface.wgsl`, view space.
     pub lights: ResourceId,
+    /// Number of lights.
     pub count: u32,
 }
 

@@ -19,6 +19,7 @@ pub struct Translucency<'a> {
 }
 
 impl<'a> Translucency<'a> {
+    /// A sum of nothing so far; it stays so where no material is translucent or `wanted` is false.
     pub fn new(inputs: &'a Inputs<'a>, wanted: bool) -> Self {
         let translucent = wanted && inputs.scene.is_some_and(|scene| scene.needs.translucent);
         Self { inputs, material: inputs.material.filter(|_| translucent), sum: None }

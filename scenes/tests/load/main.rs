@@ -2,10 +2,11 @@
 
 mod automatic;
 mod damage;
+mod keyframes;
 mod materials;
-mod moves;
 mod obj;
 mod round_trip;
+mod saved;
 mod scene_file;
 mod sponza;
 

@@ -208,7 +208,7 @@ fn bad_values_are_refused_with_line_key_value_and_range() {
         (
             "[camera]\neye = [0, 1, 2]\ntarget = [0.0, 1.0, 2.0]\n".into(),
             3,
-            ["`camera.target` is", "another point than `camera.eye`"],
+            ["`camera.target` is", "different from `camera.eye`"],
         ),
         ("[camera]\ntarget = [0, 1, 2]\n".into(), 1, ["`camera.eye` is missing", "eye = ["]),
         ("[camera]\neye = [0, 1, 2]\n".into(), 1, ["`camera.target` is missing", "target = ["]),
@@ -264,7 +264,7 @@ fn an_environment_is_a_radiance_or_a_map() {
     for (text, wanted) in [
         ("radiance = [1, -1, 1]", &["dir/s.toml:4:", "radiance", "none of them negative"][..]),
         ("map = 'no.exr'", &["dir/s.toml:4:", "no.exr", "no such file"]),
-        ("map = 'no.exr'\nradiance = [1, 1, 1]", &["beside `radiance`", "remove one"]),
+        ("map = 'no.exr'\nradiance = [1, 1, 1]", &["together with `radiance`", "remove one"]),
         ("", &["radiance", "is missing", "map ="]),
         ("mpa = 'no.exr'", &["mpa", "did you mean `map`"]),
     ] {
@@ -275,7 +275,7 @@ fn an_environment_is_a_radiance_or_a_map() {
         ("dir/m.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
         ("dir/sky.exr", b"not an image"),
     ];
-    assert_says(&refusal(&broken, "dir/s.toml"), &["sky.exr", "no EXR image", "store it"]);
+    assert_says(&refusal(&broken, "dir/s.toml"), &["sky.exr", "not a readable EXR image", "store it"]);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use halflight_scenes::{CameraKeyframe, Keyframe, Motion, Scene, SceneNeeds};
 
-use crate::{TRIANGLE, assert_says, corners, load, refusal};
+use crate::{TRIANGLE, assert_says, load, refusal};
 
 const CAMERA: &str = "[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n";
 const MODEL: &str = "[[model]]\npath = \"m.obj\"\n";

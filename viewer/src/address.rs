@@ -3,11 +3,9 @@
 
 use std::fmt::Write;
 
-use halflight_renderer::{
-    parameters::Value,
-    techniques::{parameters_of, technique},
-};
+use halflight_renderer::parameters::Value;
 use halflight_scenes::{Camera, generators::NAMES};
+use halflight_techniques::{parameters_of, technique};
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 
 use crate::state::{Configuration, DROPPED, LightChange, State, View};
@@ -189,7 +187,8 @@ fn unescape(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use halflight_renderer::{parameters::Kind, techniques::TECHNIQUES};
+    use halflight_renderer::parameters::Kind;
+    use halflight_techniques::TECHNIQUES;
 
     use super::*;
 

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use eframe::egui;
-use halflight_renderer::Gpu;
+use halflight_frame_graph::Gpu;
 use halflight_scenes::{Camera, Light, Scene};
 use web_time::{Duration, Instant};
 

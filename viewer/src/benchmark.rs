@@ -1,7 +1,7 @@
 //! The benchmark page: a table with the median time of every pass.
 
 use eframe::egui::{Grid, RichText, ScrollArea, Ui};
-use halflight_renderer::plan::Part;
+use halflight_frame_graph::Part;
 
 use crate::{numbers::milliseconds, side::Side};
 

@@ -1,8 +1,8 @@
 //! The NaN/Inf check of all textures and buffers that a frame wrote, as a table.
 
 use eframe::egui::{Grid, RichText, ScrollArea, Ui};
-use halflight_renderer::{
-    Gpu, Recording,
+use halflight_frame_graph::{
+    CompiledGraph, Gpu,
     scan::{Scan, Scanned},
 };
 
@@ -17,7 +17,7 @@ pub struct Check {
 
 impl Check {
     /// Checks what the compiled graph wrote last, unless the results are known; true while the device works on it.
-    pub fn step(&mut self, gpu: &Gpu, recording: &Recording) -> bool {
+    pub fn step(&mut self, gpu: &Gpu, graph: &CompiledGraph) -> bool {
         if let Some((scan, reading)) = &self.running {
             let Some(bytes) = reading.take() else { return true };
             self.results = Some(scan.found(&bytes));
@@ -27,7 +27,7 @@ impl Check {
             return false;
         }
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let scan = Scan::record(gpu, recording, &mut encoder);
+        let scan = Scan::record(gpu, graph, &mut encoder);
         gpu.queue.submit([encoder.finish()]);
         let reading = Reading::of(scan.readable());
         self.running = Some((scan, reading));

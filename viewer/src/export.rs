@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use halflight_renderer::preset::Preset;
+use halflight_techniques::preset::Preset;
 use halflight_scenes::{Scene, SceneError, write_scene};
 
 use crate::state::{Configuration, DROPPED, State};

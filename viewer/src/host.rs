@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
-use halflight_renderer::Gpu;
+use halflight_frame_graph::Gpu;
 
 /// What a page or a window does for the application.
 pub trait Host {

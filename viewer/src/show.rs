@@ -2,10 +2,8 @@
 
 use std::collections::HashMap;
 
-use halflight_renderer::{
-    Externals, Gpu, Recording,
-    plan::{FramePlan, Part, ResourceKind},
-    scan::largest_number,
+use halflight_frame_graph::{
+    CompiledGraph, Externals, FramePlan, Gpu, Part, ResourceId, ResourceKind, scan::largest_number,
 };
 use wgpu::TextureFormat as Format;
 
@@ -86,11 +84,11 @@ fn shader(name: &str, format: Format) -> Option<&'static str> {
 /// texture of the view.
 pub fn show(
     gpu: &Gpu,
-    frame: &Recording,
+    frame: &CompiledGraph,
     view: &View,
     look: Look,
     reference: Option<&ReferenceTextures>,
-) -> Option<Recording> {
+) -> Option<CompiledGraph> {
     let size = frame.plan().display_size;
     let mut plan = FramePlan::new(size);
     let mut textures = HashMap::new();
@@ -117,7 +115,7 @@ pub fn show(
             .bind("colours", colours)
             .bind("display", display)
             .over(size);
-        return Some(Recording::new(gpu, plan, &Externals { scene: None, textures }));
+        return Some(CompiledGraph::new(gpu, plan, &Externals { scene: None, textures }));
     }
     let (name, texture) = match view {
         View::Output(name) => (*name, frame.output(name)?),
@@ -125,7 +123,7 @@ pub fn show(
         View::Error => return None,
         View::Texture(name) => {
             let id = frame.plan().resources.iter().position(|resource| resource.name == *name)?;
-            (name.as_str(), frame.texture(halflight_renderer::plan::ResourceId(id))?)
+            (name.as_str(), frame.texture(ResourceId(id))?)
         }
     };
     let content = match name {
@@ -149,5 +147,5 @@ pub fn show(
         pass = pass.param("limit", largest_number(texture.format()));
     }
     pass.bind("image", image).bind("display", display).over(size);
-    Some(Recording::new(gpu, plan, &Externals { scene: None, textures }))
+    Some(CompiledGraph::new(gpu, plan, &Externals { scene: None, textures }))
 }

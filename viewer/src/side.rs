@@ -1,12 +1,11 @@
 //! A configuration of a technique that is drawn and measured.
 
 use eframe::egui::Context;
+use halflight_frame_graph::{CompiledGraph, Continuity, Externals, FramePlan, Gpu, Part, ResourceKind, scan::Scanned};
 use halflight_renderer::{
-    Continuity, Externals, Gpu, Recording, SceneMotion, View as Seen,
     parameters::SettingsError,
-    plan::{FramePlan, Part, ResourceKind},
     plan_frame,
-    scan::Scanned,
+    scene::{SceneMotion, camera_view},
 };
 use halflight_scenes::Camera;
 
@@ -38,10 +37,10 @@ pub struct Moment {
 /// One side of the picture: a configuration that is drawn and measured.
 pub struct Side {
     configuration: Configuration,
-    recording: Recording,
+    graph: CompiledGraph,
     moment: Option<Moment>,
     shown: Option<(View, Look, u64)>,
-    show: Option<Recording>,
+    show: Option<CompiledGraph>,
     texture: Option<eframe::egui::TextureId>,
     drawing: Option<Work>,
     timestamps: Option<Reading>,
@@ -107,7 +106,7 @@ impl Side {
     /// A setting out of range, or a size that the device does not support.
     pub fn new(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<Self, SettingsError> {
         let plan = plan(gpu, stage, configuration, size)?;
-        let recording = Recording::new(gpu, plan, &Externals { scene: Some(&stage.buffers), ..Default::default() });
+        let graph = CompiledGraph::new(gpu, plan, &Externals { scene: Some(&stage.buffers), ..Default::default() });
         let method = match gpu.timestamp_period {
             _ if stage.software => Method::Software,
             Some(_) => Method::Timestamps,
@@ -115,8 +114,8 @@ impl Side {
         };
         Ok(Self {
             configuration: configuration.clone(),
-            times: Times::new(&recording),
-            recording,
+            times: Times::new(&graph),
+            graph,
             moment: None,
             shown: None,
             show: None,
@@ -151,28 +150,28 @@ impl Side {
     ) -> Result<bool, SettingsError> {
         let new = plan(gpu, stage, configuration, size)?;
         self.configuration.clone_from(configuration);
-        if new == *self.recording.plan() {
+        if new == *self.graph.plan() {
             return Ok(false);
         }
         self.round = None;
         (self.moment, self.drawn) = (None, false);
         self.check = Check::default();
-        if self.recording.update(gpu, &new) {
+        if self.graph.update(gpu, &new) {
             return Ok(true);
         }
         // A temporal filter keeps its history under the new settings.
         let scene = Externals { scene: Some(&stage.buffers), ..Default::default() };
-        self.recording.replan(gpu, new, &scene);
-        self.times = Times::new(&self.recording);
-        self.show.take().into_iter().for_each(Recording::destroy);
+        self.graph.replan(gpu, new, &scene);
+        self.times = Times::new(&self.graph);
+        self.show.take().into_iter().for_each(CompiledGraph::destroy);
         (self.shown, self.timestamps) = (None, None);
         Ok(true)
     }
 
     /// Frees its resources on the device.
     pub fn destroy(self) {
-        self.recording.destroy();
-        self.show.into_iter().for_each(Recording::destroy);
+        self.graph.destroy();
+        self.show.into_iter().for_each(CompiledGraph::destroy);
     }
 
     /// Draws and measures as far as the device is ready. `measure` asks for times, too; where passes are timed by
@@ -199,7 +198,7 @@ impl Side {
             if cfg!(target_arch = "wasm32") && is_coarse(ticks) {
                 self.method = Method::CoarseTimestamps;
             } else {
-                for (index, pass) in self.recording.pass_times(&bytes).iter().enumerate() {
+                for (index, pass) in self.graph.pass_times(&bytes).iter().enumerate() {
                     self.times.add(index, pass.milliseconds);
                 }
             }
@@ -225,7 +224,7 @@ impl Side {
         if by_repetition && measure && self.times.rounds() < rounds {
             if self.round.is_none() {
                 let ctx = ctx.clone();
-                self.round = Some(Round::start(gpu, &self.recording, &self.times, move || ctx.request_repaint()));
+                self.round = Some(Round::start(gpu, &self.graph, &self.times, move || ctx.request_repaint()));
             }
             return Progress::Measuring;
         }
@@ -238,26 +237,26 @@ impl Side {
         self.moment = Some(moment);
         (self.light, self.indirect, self.rel_mse, self.compared_with) = (None, None, None, 0);
         self.check = Check::default();
-        let mut seen = Seen::new(&moment.camera, self.recording.plan().display_size, stage.facts.near);
+        let mut seen = camera_view(&moment.camera, self.graph.plan().display_size, stage.facts.near);
         (seen.frame, seen.seed) = (moment.frame, moment.seed);
         if let Some(motion) = SceneMotion::new(&stage.scene, &stage.buffers) {
             motion.place(&mut seen);
             // The user may have moved the camera away from its path.
             seen.world_to_view = moment.camera.view_matrix();
-            motion.write(gpu, &self.recording, &seen);
+            motion.write(gpu, &self.graph, &seen);
         } else if self.has_history() {
             seen.frame = self.drawn_frames;
             seen.continuity = if moved { Continuity::Changing } else { Continuity::Still };
         }
         self.drawn_frames = self.drawn_frames.wrapping_add(1);
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        self.recording.record(gpu, &mut encoder, &seen);
+        self.graph.record(gpu, &mut encoder, &seen);
         if let Some(show) = &self.show {
             show.record(gpu, &mut encoder, &seen);
         }
         self.drawing = Some(Work::submit(&gpu.queue, Some(encoder.finish())));
         if self.method == Method::Timestamps {
-            self.timestamps = self.recording.timing_buffer().map(Reading::of);
+            self.timestamps = self.graph.timing_buffer().map(Reading::of);
         }
     }
 
@@ -278,7 +277,7 @@ impl Side {
             if let Some(old) = self.show.take() {
                 old.destroy();
             }
-            self.show = show(gpu, &self.recording, view, look, reference.map(|(textures, _)| textures));
+            self.show = show(gpu, &self.graph, view, look, reference.map(|(textures, _)| textures));
             if let Some(show) = &self.show
                 && let Some(display) = show.output("display")
             {
@@ -290,8 +289,8 @@ impl Side {
                 }
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
                 let camera = self.moment.map(|moment| moment.camera).unwrap_or_default();
-                let size = self.recording.plan().display_size;
-                show.record(gpu, &mut encoder, &Seen::new(&camera, size, 1.0));
+                let size = self.graph.plan().display_size;
+                show.record(gpu, &mut encoder, &camera_view(&camera, size, 1.0));
                 gpu.queue.submit([encoder.finish()]);
             }
         }
@@ -308,7 +307,7 @@ impl Side {
         if self.light.is_some() || self.moment.is_none() {
             return;
         }
-        match (&self.indirect, self.recording.output("indirect")) {
+        match (&self.indirect, self.graph.output("indirect")) {
             (None, Some(texture)) => self.indirect = Some(TextureReading::new(gpu, texture)),
             (Some(reading), _) => {
                 if let Some(texels) = reading.take() {
@@ -317,7 +316,7 @@ impl Side {
                 }
             }
             (None, None) => {
-                let [width, height] = self.recording.plan().display_size;
+                let [width, height] = self.graph.plan().display_size;
                 self.light = Some(vec![[0.0; 3]; width as usize * height as usize]);
             }
         }
@@ -325,7 +324,7 @@ impl Side {
 
     /// Runs the NaN/Inf check on the last frame, once per change; true while the device works on it.
     pub fn check(&mut self, gpu: &Gpu) -> bool {
-        self.check.step(gpu, &self.recording)
+        self.check.step(gpu, &self.graph)
     }
 
     /// The results of the NaN/Inf check, once they are known.
@@ -335,12 +334,12 @@ impl Side {
 
     /// The plan.
     pub fn plan(&self) -> &FramePlan {
-        self.recording.plan()
+        self.graph.plan()
     }
 
     /// An output of the plan.
     pub fn output(&self, name: &str) -> Option<&wgpu::Texture> {
-        self.recording.output(name)
+        self.graph.output(name)
     }
 
     /// The configuration.
@@ -360,7 +359,7 @@ impl Side {
 
     /// Whether a frame depends on earlier frames.
     fn has_history(&self) -> bool {
-        self.recording.plan().has_history()
+        self.graph.plan().has_history()
     }
 
     /// Whether a round of repetitions runs.

@@ -1,7 +1,8 @@
 //! A scene on the device.
 
 use glam::Vec3;
-use halflight_renderer::{Gpu, SceneBuffers, SceneFacts};
+use halflight_frame_graph::Gpu;
+use halflight_renderer::scene::{SceneBuffers, SceneFacts};
 use halflight_scenes::{Camera, Light, Scene};
 
 /// A scene on a device.

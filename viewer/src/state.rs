@@ -1,10 +1,11 @@
 //! Everything that a picture depends on, as plain data: the contents of a link and of an undo step.
 
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Settings, Value},
-    techniques::{Technique, parameters_of, technique},
 };
 use halflight_scenes::{Camera, Light};
+use halflight_techniques::{TECHNIQUES, parameters_of, technique};
 
 /// Name of a scene that was dropped onto the viewer. A link cannot open it.
 pub const DROPPED: &str = "dropped";
@@ -85,7 +86,7 @@ impl Configuration {
     /// The technique's declaration.
     pub fn technique(&self) -> &'static Technique {
         // The name always comes from the list of techniques, so the fallback is never used.
-        technique(self.technique).unwrap_or(&halflight_renderer::techniques::TECHNIQUES[0])
+        technique(self.technique).unwrap_or(&TECHNIQUES[0])
     }
 
     /// Sets a value. A value equal to the default is removed, so that links stay short.

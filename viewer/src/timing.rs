@@ -7,7 +7,7 @@ use std::{
     task::{Context, Poll, Waker},
 };
 
-use halflight_renderer::{Gpu, Recording, plan::Part};
+use halflight_frame_graph::{CompiledGraph, Gpu, Part, Pass};
 use web_time::Instant;
 
 /// Number of measurements of a pass that its median is taken over.
@@ -66,9 +66,9 @@ pub struct Times {
 
 impl Times {
     /// The passes of a compiled graph, without measurements.
-    pub fn new(recording: &Recording) -> Self {
-        let pass = |pass: &halflight_renderer::plan::Pass| (pass.name.clone(), pass.part, VecDeque::new());
-        let passes = &recording.plan().passes;
+    pub fn new(graph: &CompiledGraph) -> Self {
+        let pass = |pass: &Pass| (pass.name.clone(), pass.part, VecDeque::new());
+        let passes = &graph.plan().passes;
         Self { passes: passes.iter().map(pass).collect(), once: passes.iter().map(|pass| pass.once).collect() }
     }
 
@@ -185,10 +185,10 @@ impl Drop for Round {
 
 impl Round {
     /// Starts a round. `times` determines how often each pass is repeated. `ended` is called at the end.
-    pub fn start(gpu: &Gpu, recording: &Recording, times: &Times, ended: impl Fn() + 'static) -> Self {
+    pub fn start(gpu: &Gpu, graph: &CompiledGraph, times: &Times, ended: impl Fn() + 'static) -> Self {
         let encode = |pass: usize, repeats: u32| {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            recording.record_repeated(&mut encoder, pass, repeats);
+            graph.record_repeated(&mut encoder, pass, repeats);
             encoder.finish()
         };
         let jobs: Vec<_> = times

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use halflight_techniques::preset::Preset;
 use halflight_scenes::{Scene, SceneError, write_scene};
+use halflight_techniques::preset::Preset;
 
 use crate::state::{Configuration, DROPPED, State};
 

@@ -118,7 +118,10 @@ impl ReferenceTracer {
         }
         let request = Request { bounces: 1, ..Request::new(subject.camera, subject.size) };
         if self.trace.is_none() {
-            let tracer = self.tracer.as_ref().ok_or_else(|| TruthError("the scene has no path tracer; reload the page".into()))?;
+            let tracer = self
+                .tracer
+                .as_ref()
+                .ok_or_else(|| TruthError("the scene has no path tracer; reload the page".into()))?;
             self.trace = Some(tracer.start(gpu, &request, Stop::at_samples(MOST_SAMPLES))?);
             (self.subject, self.next_read) = (Some(subject.clone()), 1);
         }

@@ -108,7 +108,8 @@ fn meshes_made_in_memory_become_obj_files() {
     let files = write_scene(&scene, "out").expect("a scene that can be saved");
     let paths: Vec<_> = files.iter().map(|(path, _)| path.as_str()).collect();
     assert_eq!(paths[..3], ["out.toml", "out.obj", "out.mtl"]);
-    let read = load_scene(&files.into_iter().collect::<MemoryFiles>(), Path::new("out.toml")).expect("it can be loaded");
+    let read =
+        load_scene(&files.into_iter().collect::<MemoryFiles>(), Path::new("out.toml")).expect("it can be loaded");
     let positions = |scene: &Scene| corners(scene).into_iter().map(|(_, corner)| corner.0).collect::<Vec<_>>();
     assert_eq!(positions(&read), positions(&scene));
     let of = |scene: &Scene| {

@@ -62,9 +62,8 @@ impl Viewer {
 
     fn exposure(&mut self, ui: &mut Ui) {
         let mut automatic = self.state.exposure.is_none();
-        ui.checkbox(&mut automatic, "automatic exposure").on_hover_text(
-            "Keeps 95 % of the lit pixels of the direct light on the linear part of the tone curve",
-        );
+        ui.checkbox(&mut automatic, "automatic exposure")
+            .on_hover_text("Keeps 95 % of the lit pixels of the direct light on the linear part of the tone curve");
         let found = self.exposure.map_or(0.0, f32::log2);
         let mut stops = self.state.exposure.unwrap_or(found);
         let slider = ui.add_enabled(!automatic, Slider::new(&mut stops, -12.0..=12.0).text("stops").max_decimals(2));
@@ -81,7 +80,8 @@ impl Viewer {
         let side = self.state.sides[index].clone();
         ui.horizontal_wrapped(|ui| {
             let line = export::evaluator_command(&self.state, &side);
-            let copy = ui.button("Copy command").on_hover_text(format!("Renders this picture from a terminal:\n{line}"));
+            let copy =
+                ui.button("Copy command").on_hover_text(format!("Renders this picture from a terminal:\n{line}"));
             self.marks.add(&format!("{}.command", MARKS[index]), copy.rect);
             if copy.clicked() {
                 ui.copy_text(line);
@@ -91,7 +91,9 @@ impl Viewer {
                 let message = self.host.save(&format!("{}.toml", side.technique), text.as_bytes());
                 self.say(message);
             }
-            let save = ui.button("Save scene").on_hover_text("Save a scene file with this camera and these lights, for --scene");
+            let save = ui
+                .button("Save scene")
+                .on_hover_text("Save a scene file with this camera and these lights, for --scene");
             if save.clicked() {
                 self.save_scene();
             }
@@ -122,7 +124,9 @@ impl Viewer {
                 let noise = reference.noise.map_or("unknown".to_owned(), numbers::percent);
                 ui.label(format!("{} samples per pixel; noise of the reference: {noise}", reference.samples));
                 if !reference.is_settled() {
-                    ui.label(RichText::new("The reference is still noisy, so errors look larger than they are.").weak());
+                    ui.label(
+                        RichText::new("The reference is still noisy, so errors look larger than they are.").weak(),
+                    );
                 }
                 for (index, name) in NAMES.into_iter().enumerate() {
                     if let Some(error) = self.sides[index].as_ref().and_then(|side| side.rel_mse) {

@@ -100,7 +100,9 @@ impl Viewer {
         }
         let name = if self.state.compare { ["A  ", "B  "][index] } else { "" };
         let time = side.times.technique().map_or("…".to_owned(), numbers::milliseconds);
-        let error = side.rel_mse.map_or(String::new(), |error| format!("  root relMSE {} vs. reference", numbers::percent(error)));
+        let error = side
+            .rel_mse
+            .map_or(String::new(), |error| format!("  root relMSE {} vs. reference", numbers::percent(error)));
         format!("{name}{}  {time}{error}", side.configuration().technique)
     }
 

@@ -352,7 +352,9 @@ fn connect(port: &str, path: &str) -> WebSocket<TcpStream> {
     loop {
         match handshake {
             Ok((socket, _)) => return socket,
-            Err(HandshakeError::Interrupted(unfinished)) if start.elapsed() < ALIVE => handshake = unfinished.handshake(),
+            Err(HandshakeError::Interrupted(unfinished)) if start.elapsed() < ALIVE => {
+                handshake = unfinished.handshake()
+            }
             Err(error) => panic!("DevTools does not answer ({error})"),
         }
     }

@@ -81,6 +81,9 @@ pub struct Viewer {
     /// Sides whose NaN/Inf check is open in the interface.
     checking: [bool; 2],
     screen: egui::Vec2,
+    /// Changes of shader files.
+    #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+    shader_changes: std::sync::mpsc::Receiver<Result<crate::hot_reload::Changes, String>>,
 }
 
 impl Viewer {
@@ -156,6 +159,8 @@ impl Viewer {
             settled: false,
             checking: [false; 2],
             screen: egui::Vec2::ZERO,
+            #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+            shader_changes: crate::hot_reload::watch(context.egui_ctx.clone()),
         })
     }
 
@@ -269,6 +274,8 @@ impl eframe::App for Viewer {
         self.screen = ui.max_rect().size();
         let ctx = ui.ctx().clone();
         self.receive(&ctx);
+        #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+        self.reload_shaders();
         // The animation advances once the picture of the last frame is drawn.
         if self.sides.iter().flatten().all(Side::is_drawn)
             && let (Some(playing), Some(stage)) = (&mut self.playing, &self.stage)

@@ -40,6 +40,8 @@ mod camera;
 mod check;
 mod export;
 mod host;
+#[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+mod hot_reload;
 mod marks;
 mod numbers;
 mod panels;

@@ -6,6 +6,8 @@ use eframe::egui;
 use halflight_scenes::Scene;
 
 use super::Viewer;
+#[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+use crate::side::Side;
 use crate::{plot::Trade, reference::ReferenceTracer, scenes, stage::Stage, state::DROPPED};
 
 impl Viewer {
@@ -21,6 +23,36 @@ impl Viewer {
         for files in arrived {
             if let Err(sentence) = files.and_then(|files| self.open_now(files)) {
                 self.say(sentence);
+            }
+        }
+    }
+
+    /// Uses changed shaders. A shader that cannot be compiled is reported and keeps its old source.
+    #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+    pub(super) fn reload_shaders(&mut self) {
+        while let Ok(changes) = self.shader_changes.try_recv() {
+            let changes = changes.unwrap_or_else(|error| {
+                self.say(format!("shaders are not reloaded: {error}"));
+                Vec::new()
+            });
+            let mut replaced = 0;
+            for (name, source) in changes {
+                match (source, halflight_shared_shaders::shader(&name)) {
+                    (Ok(source), Some(shader)) => {
+                        self.gpu.replace_source(shader, source);
+                        replaced += 1;
+                    }
+                    (Ok(_), None) => self.say(format!("{name} is a new shader: build the program again to use it")),
+                    (Err(error), _) => self.say(error),
+                }
+            }
+            if replaced > 0 {
+                // Everything that was made with the old shaders is made again.
+                self.sides.iter_mut().filter_map(Option::take).for_each(Side::destroy);
+                self.reference = ReferenceTracer::default();
+                self.reference_done = false;
+                self.trade = Trade::default();
+                self.say(format!("{replaced} shaders were reloaded"));
             }
         }
     }

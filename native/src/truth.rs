@@ -163,7 +163,7 @@ impl<'a> TruthSource<'a> {
 fn scene_inputs(scene: &Scene) -> Inputs {
     let mut inputs = Inputs::default();
     inputs.add(&[FORMAT, scene.meshes.len() as u32, scene.materials.len() as u32, scene.textures.len() as u32]);
-    for Mesh { name: _, positions, normals, uvs, indices, material, object: _ } in &scene.meshes {
+    for Mesh { name: _, positions, normals, uvs, indices, material, object: _, model: _ } in &scene.meshes {
         inputs.add(positions).add(normals).add(uvs).add(indices).add(&[*material as u64]);
     }
     for material in &scene.materials {

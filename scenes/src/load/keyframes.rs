@@ -3,10 +3,10 @@
 use super::keys::Table;
 use crate::{CameraKeyframe, Keyframe, Light, Motion, SceneError};
 
-/// A day at 10 frames a second; enough for any path, and exact in float32.
+/// Largest frame number: more than a day at 10 frames a second, and exact in float32.
 const LAST_FRAME: u32 = 1_000_000;
 
-/// The tables of `moves` with their frames, in order; empty where the key is absent.
+/// The tables of `moves` with their frames, in order; empty if the key is absent.
 fn keyframes<'a>(table: &Table<'a>, keys: &[&str]) -> Result<Vec<(u32, Table<'a>)>, SceneError> {
     let tables = table.tables("moves", keys)?;
     if table.has("moves") && tables.is_empty() {
@@ -18,7 +18,7 @@ fn keyframes<'a>(table: &Table<'a>, keys: &[&str]) -> Result<Vec<(u32, Table<'a>
         if let Some((last, _)) = read.last().filter(|(last, _)| *last >= frame) {
             return Err(keyframe.error(
                 "frame",
-                format_args!("is {frame}, after a keyframe at {last}; order them by ascending frame"),
+                format_args!("is {frame}, but the keyframe before it is at {last}; sort keyframes by ascending frame"),
             ));
         }
         read.push((frame, keyframe));
@@ -30,14 +30,14 @@ fn any(table: &Table, key: &str) -> Result<[f32; 3], SceneError> {
     Ok(table.vector(key, "finite numbers", |_| true)?.unwrap_or_default())
 }
 
-/// The motion of a model whose origin stands at `placed`; `None` for one that stands still.
-pub(super) fn model(table: &Table, placed: [f32; 3]) -> Result<Option<Motion>, SceneError> {
+/// The motion of a model whose origin is at `origin`; `None` for a static model.
+pub(super) fn model(table: &Table, origin: [f32; 3]) -> Result<Option<Motion>, SceneError> {
     let pivot = table.vector("pivot", "finite numbers", |_| true)?;
-    let mut motion = Motion { pivot: pivot.unwrap_or(placed), keyframes: Vec::new() };
+    let mut motion = Motion { pivot: pivot.unwrap_or(origin), keyframes: Vec::new() };
     for (frame, keyframe) in keyframes(table, &["frame", "translate", "rotate_degrees", "scale"])? {
         let scale = keyframe.scale("scale")?.unwrap_or([1.0; 3]);
         if scale.iter().any(|&s| s <= 0.0) {
-            // On its way to a negative scale a model would pass through no size at all.
+            // An interpolation to a negative scale would pass through 0.
             return Err(keyframe.error("scale", "must be above 0 in a keyframe; mirror the model with `transform`"));
         }
         let (translate, rotate_degrees) = (any(&keyframe, "translate")?, any(&keyframe, "rotate_degrees")?);
@@ -45,16 +45,16 @@ pub(super) fn model(table: &Table, placed: [f32; 3]) -> Result<Option<Motion>, S
     }
     if motion.keyframes.is_empty() {
         return match pivot {
-            Some(_) => Err(table.error("pivot", "needs `moves`, whose turns are about it; remove it or add them")),
+            Some(_) => Err(table.error("pivot", "has no effect without `moves`; remove it or add `moves`")),
             None => Ok(None),
         };
     }
     Ok(Some(motion))
 }
 
-/// The motion of a light; `None` for one that stands still.
+/// The motion of a light; `None` for a static light.
 pub(super) fn light(table: &Table, light: &Light) -> Result<Option<Motion>, SceneError> {
-    // What would change nothing is refused rather than ignored.
+    // Keys without effect are refused rather than ignored.
     let keys: &[&str] = match light {
         Light::Directional { .. } => &["frame", "rotate_degrees"],
         Light::Point { .. } => &["frame", "translate"],
@@ -68,12 +68,12 @@ pub(super) fn light(table: &Table, light: &Light) -> Result<Option<Motion>, Scen
     Ok(Some(motion).filter(|motion| !motion.keyframes.is_empty()))
 }
 
-/// The path of the camera; empty for one that stands still.
+/// The path of the camera; empty for a static camera.
 pub(super) fn camera(table: &Table) -> Result<Vec<CameraKeyframe>, SceneError> {
     let read = |(frame, keyframe): (u32, Table)| {
         let eye = keyframe.vector("eye", "finite numbers", |_| true)?;
         let eye = keyframe.required("eye", eye, "eye = [0.0, 1.0, 5.0]")?;
-        let target = keyframe.vector("target", "finite numbers, another point than `moves.eye`", |t| t != eye)?;
+        let target = keyframe.vector("target", "finite numbers, different from `moves.eye`", |t| t != eye)?;
         let target = keyframe.required("target", target, "target = [0.0, 1.0, 0.0]")?;
         Ok(CameraKeyframe { frame, eye, target, cut: keyframe.boolean("cut")?.unwrap_or(false) })
     };

@@ -1,4 +1,4 @@
-//! OBJ, MTL and PNG files from a scene.
+//! OBJ, MTL and PNG files.
 
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -8,16 +8,15 @@ use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
 use crate::{Material, Mesh, SceneError, Texture};
 
-/// Writes surfaces as `NAME.obj`, `NAME.mtl` and `textures/*.png`; returns paths and bytes. `name` is a
-/// plain name without folders.
+/// Writes surfaces as `NAME.obj`, `NAME.mtl` and `textures/*.png`; returns paths and bytes. `name` is a plain name
+/// without folders.
 ///
-/// Numbers are written with the fewest digits that give the same float32 again, so positions,
-/// normals and materials read back bit for bit. Texture coordinates do within 6e-8: OBJ's v runs
-/// upwards, and 1 - v rounds. Names that would clash or that OBJ cannot hold are altered. A cut-out
-/// texture that is opaque everywhere is left out.
+/// Numbers are written with the fewest digits that read back as the same float32, so positions, normals and materials
+/// read back bit for bit. Texture coordinates read back within 6e-8: v points up in OBJ files, and 1 - v rounds. Names
+/// that clash or that OBJ cannot hold are changed. An alpha mask that is opaque everywhere is left out.
 ///
 /// # Errors
-/// A texture whose size does not match its bytes, named.
+/// A texture whose size does not match its number of bytes.
 pub fn write_obj(
     meshes: &[Mesh],
     materials: &[Material],
@@ -46,7 +45,7 @@ pub fn write_obj(
         if texture.rgba.len() != expected {
             let bytes = texture.rgba.len();
             return Err(SceneError(format!(
-                "texture `{}` has {bytes} bytes, not the {expected} of its size",
+                "texture `{}` has {bytes} bytes, but its size needs {expected}; give it 4 bytes per texel",
                 texture.name
             )));
         }
@@ -75,7 +74,7 @@ fn write_material(mtl: &mut String, material: &Material, name: &str, textures: &
     if let Some(image) = material.albedo_texture.and_then(|i| images.get(i)) {
         let _ = writeln!(mtl, "map_Kd {image}");
     }
-    // A mask is read from the alpha channel only where that is transparent somewhere.
+    // A reader takes the mask from the alpha channel only if a texel is transparent.
     let cuts =
         |&i: &usize| textures.get(i).is_some_and(|t| t.rgba.as_chunks::<4>().0.iter().any(|texel| texel[3] < 255));
     if let Some(image) = material.alpha_texture.filter(cuts).and_then(|i| images.get(i)) {
@@ -103,12 +102,12 @@ fn write_mesh(obj: &mut String, mesh: &Mesh, material: Option<&String>, first: u
     }
 }
 
-/// Names that were given out.
+/// Names in use.
 #[derive(Default)]
 struct Names(HashSet<String>);
 
 impl Names {
-    /// The name, or the name with the first number that makes it new.
+    /// The name, or the name with the first number that makes it unique.
     fn take(&mut self, name: &str) -> String {
         let numbered = (2..).map(|n| format!("{name}_{n}"));
         let free = std::iter::once(name.to_owned()).chain(numbered).find(|name| !self.0.contains(&name.to_lowercase()));

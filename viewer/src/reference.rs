@@ -1,4 +1,4 @@
-//! The truth, traced while the camera rests.
+//! The path-traced reference, traced in the background while the camera is still.
 
 use std::time::Duration;
 
@@ -11,19 +11,19 @@ use halflight_renderer::{
 use halflight_scenes::{Camera, Light};
 use wgpu::util::DeviceExt;
 
-use crate::{show::TruthTextures, stage::Stage, timing::Work};
+use crate::{show::ReferenceTextures, stage::Stage, timing::Work};
 
-/// Samples a pixel after which the tracer rests for good.
+/// Samples per pixel after which the tracer stops.
 const MOST_SAMPLES: u32 = 4096;
 
-/// Batches between two passes of the interface on a software adapter, where painting it takes as long as one of them.
+/// Batches between two passes of the interface on a software adapter, where painting takes as long as one batch.
 const SOFTWARE_BATCHES: u32 = 4;
 
-/// relMSE of the truth's own noise above which errors are not compared: a pixel that is black by chance divides by
-/// next to nothing, so that an early truth makes every error look larger, by more than its noise.
-const ROUGH: f64 = 0.05;
+/// relMSE of the reference's own noise above which errors are not recorded. A noisy reference has pixels that are too
+/// dark, and relMSE divides by them, so it overestimates errors by more than its noise.
+const MOST_NOISE: f64 = 0.05;
 
-/// Batches under way.
+/// Batches on the device.
 struct Batch {
     before: Work,
     after: Work,
@@ -31,18 +31,18 @@ struct Batch {
 }
 
 impl Batch {
-    /// How long one of them took, once all are done.
-    fn took(&self) -> Option<Duration> {
+    /// Time per batch, once all are complete.
+    fn time(&self) -> Option<Duration> {
         Some(self.after.end()?.duration_since(self.before.end()?) / self.count)
     }
 }
 
-/// Whether the sums are to be read before the trace goes on.
+/// Whether the sums have to be read before the trace continues.
 fn is_due(trace: &Trace, next_read: u32) -> bool {
     trace.is_between_passes() && trace.progress().samples >= next_read
 }
 
-/// What a truth belongs to.
+/// What a reference shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject {
     /// The camera.
@@ -51,13 +51,13 @@ pub struct Subject {
     pub lights: Vec<Light>,
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// Number of the frame that the scene stands at.
+    /// Frame number of the scene.
     pub frame: u32,
 }
 
-/// The truth so far.
-pub struct Known {
-    /// Samples a pixel.
+/// The reference so far.
+pub struct Reference {
+    /// Samples per pixel.
     pub samples: u32,
     /// `albedo * indirect`.
     pub reflected: Vec<[f32; 3]>,
@@ -67,17 +67,17 @@ pub struct Known {
     pub mask: Vec<bool>,
     /// The `0.01 m^2` of relMSE.
     pub floor: f64,
-    /// The part of any measured relMSE that is the truth's own noise; unknown after a single sample.
+    /// The expected relMSE of a perfect image, caused by the noise of the reference; unknown after a single sample.
     pub noise: Option<f64>,
-    /// On the device.
-    pub textures: TruthTextures,
-    /// Counts what was read.
+    /// The reference as textures on the device.
+    pub textures: ReferenceTextures,
+    /// Number of the reading, so that a new one is noticed.
     pub version: u64,
 }
 
-/// Traces the truth of a stage in the background.
+/// Traces the reference of a stage in the background.
 #[derive(Default)]
-pub struct Background {
+pub struct ReferenceTracer {
     tracer: Option<Tracer>,
     subject: Option<Subject>,
     trace: Option<Trace>,
@@ -85,16 +85,16 @@ pub struct Background {
     reading: Option<Reading>,
     next_read: u32,
     version: u64,
-    /// The truth so far.
-    pub known: Option<Known>,
+    /// The reference so far.
+    pub found: Option<Reference>,
 }
 
-impl Background {
-    /// Forgets the truth of another picture; true where it had one.
-    pub fn leave(&mut self, subject: &Subject) -> bool {
+impl ReferenceTracer {
+    /// Drops a reference that shows something else; true if there was one.
+    pub fn reset_unless(&mut self, subject: &Subject) -> bool {
         let other = self.subject.as_ref().is_some_and(|current| current != subject);
         if other {
-            // The BVH is that of one frame of the scene.
+            // The BVH belongs to one frame of the animation.
             let same_geometry = self.subject.as_ref().is_some_and(|current| current.frame == subject.frame);
             let (tracer, version) = (self.tracer.take().filter(|_| same_geometry), self.version);
             *self = Self { tracer, version, ..Self::default() };
@@ -102,14 +102,14 @@ impl Background {
         other
     }
 
-    /// Works on the truth of this picture as far as the device is ready. Never waits, but the first call for a scene
-    /// builds its BVH. Returns whether there is more to do.
+    /// Continues the reference of this picture as far as the device is ready. Returns whether there is more to do. Does
+    /// not wait for the device, but the first call for a scene blocks while it builds the BVH.
     ///
     /// # Errors
-    /// Where the scene or the picture does not fit the device.
+    /// If the scene or the picture is too large for the device.
     pub fn step(&mut self, gpu: &Gpu, stage: &Stage, subject: &Subject) -> Result<bool, TruthError> {
         if self.tracer.is_none() {
-            self.tracer = Some(if stage.moves() {
+            self.tracer = Some(if stage.is_animated() {
                 let posed = stage.scene.posed(subject.frame);
                 Tracer::new(gpu, &posed, &SceneBuffers::new(gpu, &posed))?
             } else {
@@ -118,23 +118,26 @@ impl Background {
         }
         let request = Request { bounces: 1, ..Request::new(subject.camera, subject.size) };
         if self.trace.is_none() {
-            let tracer = self.tracer.as_ref().ok_or_else(|| TruthError("the scene was not prepared".into()))?;
+            let tracer = self
+                .tracer
+                .as_ref()
+                .ok_or_else(|| TruthError("the scene has no path tracer; reload the page".into()))?;
             self.trace = Some(tracer.start(gpu, &request, Stop::at_samples(MOST_SAMPLES))?);
             (self.subject, self.next_read) = (Some(subject.clone()), 1);
         }
         let Some(trace) = &mut self.trace else { return Ok(false) };
         if let Some(batch) = &self.batch {
-            let Some(took) = batch.took() else { return Ok(true) };
-            trace.pace(took);
+            let Some(time) = batch.time() else { return Ok(true) };
+            trace.pace(time);
             self.batch = None;
         }
         if let Some(reading) = &self.reading {
             let Some(state) = reading.take() else { return Ok(true) };
             self.reading = None;
             self.version += 1;
-            self.known = Some(Known::new(gpu, &state.truth(&request), self.version));
+            self.found = Some(Reference::new(gpu, &state.truth(&request), self.version));
         }
-        // Noise halves with four times the samples: reading at every doubling shows each step of it.
+        // Noise halves with four times the samples, so a reading at every doubling is enough.
         if is_due(trace, self.next_read) {
             self.next_read = trace.progress().samples * 2;
             self.reading = Some(trace.read(gpu));
@@ -143,7 +146,7 @@ impl Background {
         if trace.is_finished() {
             return Ok(false);
         }
-        // What was submitted before, such as the painting of the interface, is no part of the batch's time.
+        // Work submitted earlier, such as the painting of the interface, is not part of the batch's time.
         let before = Work::submit(&gpu.queue, None);
         let most = if stage.software { SOFTWARE_BATCHES } else { 1 };
         let count = (0..most).take_while(|_| !is_due(trace, self.next_read) && trace.submit(gpu)).count() as u32;
@@ -154,7 +157,7 @@ impl Background {
     }
 }
 
-impl Known {
+impl Reference {
     fn new(gpu: &Gpu, truth: &Truth, version: u64) -> Self {
         let mask: Vec<bool> = truth.depth.iter().map(|&depth| depth > 0.0).collect();
         let pixels = mask.len();
@@ -169,7 +172,7 @@ impl Known {
         let count = (3 * counted().count()).max(1) as f64;
         let sum: f64 = counted().flat_map(|i| reflected[i]).map(f64::from).sum();
         let floor = relative_floor(sum / count);
-        // The expected relMSE of a perfect image: the variance of the truth in the place of the difference.
+        // The expected relMSE of a perfect image: the variance of the reference instead of the squared difference.
         let variance: f64 = counted()
             .flat_map(|i| {
                 let sigma = times(error[i], truth.albedo[i]);
@@ -183,7 +186,7 @@ impl Known {
         let texture = |texel: &dyn Fn(usize) -> [f32; 4]| {
             let texels: Vec<_> = (0..pixels).map(texel).collect();
             let descriptor = wgpu::TextureDescriptor {
-                label: Some("truth"),
+                label: Some("reference"),
                 size: wgpu::Extent3d { width: truth.size[0], height: truth.size[1], depth_or_array_layers: 1 },
                 mip_level_count: 1,
                 sample_count: 1,
@@ -195,7 +198,7 @@ impl Known {
             let order = wgpu::util::TextureDataOrder::LayerMajor;
             gpu.device.create_texture_with_data(&gpu.queue, &descriptor, order, bytemuck::cast_slice(&texels))
         };
-        let textures = TruthTextures {
+        let textures = ReferenceTextures {
             reflected: texture(&|i| {
                 let [r, g, b] = reflected[i];
                 [r, g, b, f32::from(u8::from(mask[i]))]
@@ -219,12 +222,12 @@ impl Known {
         }
     }
 
-    /// Whether it is good enough to compare errors by.
+    /// Whether its noise is low enough to compare errors.
     pub fn is_settled(&self) -> bool {
-        self.noise.is_some_and(|noise| noise <= ROUGH)
+        self.noise.is_some_and(|noise| noise <= MOST_NOISE)
     }
 
-    /// relMSE of `albedo * indirect` for this incident light.
+    /// relMSE of `albedo * indirect` for this incident indirect light.
     pub fn rel_mse(&self, light: &[[f32; 3]]) -> f64 {
         let image: Vec<_> =
             light.iter().zip(&self.albedo).map(|(l, a)| [l[0] * a[0], l[1] * a[1], l[2] * a[2]]).collect();

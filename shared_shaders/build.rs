@@ -4,6 +4,7 @@
 //! Every `.wgsl` file under `wgsl/` with an entry point is a shader; the others are modules to
 //! import. A first line `// variants: a, b` asks for one shader for each combination of the
 //! WESL features `a` and `b`, named `file`, `file+a`, `file+b` and `file+a+b`.
+#![allow(clippy::disallowed_macros, reason = "a build script talks to cargo on standard output")]
 
 use std::{
     env,

@@ -7,6 +7,7 @@
 //! (`hierarchical/fetch.wgsl`). Every figure is a median over frames with its 5 % and 95 % quantiles.
 //! What is compared alternates within one run, pass by pass or frame by frame, and ratios are taken
 //! between neighbours in time: other work on the machine slows both alike.
+#![allow(clippy::disallowed_macros, reason = "an example for developers")]
 
 use std::{path::PathBuf, process::ExitCode};
 

@@ -2,12 +2,12 @@
 //! `cargo run -p halflight-evaluator --example sample_report -- FOLDER`
 
 use std::error::Error;
-use std::path::Path;
 
 use halflight_evaluator::measurement::{Errors, Measurement, Timing};
 use halflight_evaluator::metrics::{DisplayPair, Rgb, display_errors, linear_errors};
 use halflight_evaluator::report::{Pictures, Report};
 use halflight_native::images::{auto_exposure, tone_map_all};
+use halflight_output::{OutputFolder, terminal};
 use serde_json::{Map, Value, json};
 
 const WIDTH: u32 = 640;
@@ -15,7 +15,7 @@ const HEIGHT: u32 = 360;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).ok_or("name a folder for the report")?;
-    let folder = Path::new(&folder);
+    let folder = &OutputFolder::open(folder);
     let court = Court::paint();
     let mut measurements = Vec::new();
     for start_resolution in ["half", "quarter"] {
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         measurements,
     }
     .write(folder)?;
-    println!("{}", folder.join("index.html").display());
+    terminal::print_line(folder.path().join("index.html").display())?;
     Ok(())
 }
 
@@ -79,7 +79,13 @@ impl Court {
     }
 
     /// Coarse blocks, noise that falls with samples and darkness that falls with levels, timed by a formula.
-    fn measure(&self, folder: &Path, start: &str, levels: u32, samples: u32) -> Result<Measurement, Box<dyn Error>> {
+    fn measure(
+        &self,
+        folder: &OutputFolder,
+        start: &str,
+        levels: u32,
+        samples: u32,
+    ) -> Result<Measurement, Box<dyn Error>> {
         let block = if start == "half" { 2 } else { 4 };
         let noise = 0.9 / (samples as f32).sqrt();
         let energy = 1.0 - 0.5 / (levels * levels) as f32 - 0.02 * block as f32;

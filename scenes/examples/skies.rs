@@ -4,6 +4,7 @@
 //!
 //! `sky.exr` is warm on the right and blue on the left, over a dark ground. `directions.exr` holds directions themselves:
 //! light of this sky, taken back by `2 light / openness - 1`, is the mean direction from which a surface is lit.
+#![allow(clippy::disallowed_macros, reason = "an example for developers")]
 
 use std::{f32::consts::PI, path::Path, process::ExitCode};
 

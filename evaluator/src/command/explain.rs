@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use halflight_native::cache::Cache;
+use halflight_output::terminal;
 
-use super::{SceneArgs, TechniqueArgs, parse_size};
+use super::{SceneArgs, TechniqueArgs, parse_size, print_json, print_warnings};
 use crate::{
     Error,
     explain::{Explanation, Options},
@@ -47,8 +48,10 @@ pub(super) struct ExplainArgs {
 pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
     let (technique, settings) = args.technique.resolve()?;
     let scene = open_scene(&args.scene.scene)?;
-    for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
+    print_warnings(&scene.warnings);
+    if let Some(folder) = &args.out {
+        // A folder that holds files of the user is refused before anything is measured.
+        Explanation::claim(folder)?;
     }
     let native = open_adapter(&args.adapter)?;
     let options = Options {
@@ -76,14 +79,12 @@ pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
         ("Adapter", native.info.name.clone()),
         ("Commit", crate::run::COMMIT.to_owned()),
     ];
-    if let Some(folder) = &args.out {
+    let written = args.out.as_ref().map_or(Ok(()), |folder| {
         explanation.write(folder, &facts)?;
-        eprintln!("report: {}", folder.join("index.html").display());
-    }
-    if args.json {
-        println!("{}", serde_json::to_string_pretty(&explanation.rows()).map_err(|e| Error::Failed(e.to_string()))?);
-    } else {
-        print!("{explanation}");
-    }
-    Ok(())
+        terminal::note(format_args!("report: {}", folder.join("index.html").display()));
+        Ok(())
+    });
+    // What was measured is printed even where the folder cannot be written.
+    let printed = if args.json { print_json(&explanation.rows()) } else { Ok(terminal::print(explanation)?) };
+    written.and(printed)
 }

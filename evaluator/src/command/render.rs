@@ -7,12 +7,13 @@ use halflight_native::{
     files::write_whole,
     images::{Precision, auto_exposure, write_png},
 };
+use halflight_output::terminal;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 
-use super::{SceneArgs, TechniqueArgs, is_exr, parse_size};
+use super::{SceneArgs, TechniqueArgs, is_exr, parse_size, print_json, print_warnings};
 use crate::{
     Error, plan_graph,
-    session::{Request, Session, open_adapter, open_scene},
+    session::{Request, Session, open_adapter, open_scene, open_scene_keeping},
     truth,
 };
 
@@ -70,12 +71,10 @@ pub(super) struct PlanArgs {
 
 pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     let (technique, settings) = args.technique.resolve()?;
-    let scene = open_scene(&args.scene.scene)?;
-    for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
-    }
-    let native = open_adapter(&args.adapter)?;
     let exr = is_exr(&args.out)?;
+    let scene = open_scene_keeping(&args.scene.scene, &args.out)?;
+    print_warnings(&scene.warnings);
+    let native = open_adapter(&args.adapter)?;
     let session = Session::new(&native, &scene);
     let traced = match args.direct.as_str() {
         "truth" => {
@@ -99,13 +98,12 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     for frame in first + 1..=args.frame {
         time = frames.run(frame)?;
     }
-    for pass in &time.passes {
-        println!("{:<16} {:>9.3} ms", pass.name, pass.milliseconds);
-    }
-    println!("{:<16} {:>9.3} ms (wall), {}", "frame", time.wall_milliseconds, native.info.name);
+    let mut lines: String =
+        time.passes.iter().map(|pass| format!("{:<16} {:>9.3} ms\n", pass.name, pass.milliseconds)).collect();
+    lines += &format!("{:<16} {:>9.3} ms (wall), {}\n", "frame", time.wall_milliseconds, native.info.name);
     if args.check {
         crate::run::check_textures(&[&frames])?;
-        println!("no NaN and no infinity in any texture");
+        lines += "no NaN and no infinity in any texture\n";
     }
     let mut image = frames.image()?;
     if exr {
@@ -132,7 +130,8 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
         let exposure = args.exposure.unwrap_or_else(|| auto_exposure(&pixels, image.surface_mask().as_deref()));
         write_png(&args.out, args.size[0], &pixels, exposure)?;
     }
-    Ok(())
+    // Printed last: a reader that goes away costs no image.
+    Ok(terminal::print(lines)?)
 }
 
 pub(super) fn plan(args: &PlanArgs) -> Result<(), Error> {
@@ -148,10 +147,5 @@ pub(super) fn plan(args: &PlanArgs) -> Result<(), Error> {
         let picture = plan_graph::svg(&plan);
         write_whole(path, |file| file.write_all(picture.as_bytes())).map_err(|e| Error::unwritable(path, e))?;
     }
-    if args.json {
-        println!("{}", serde_json::to_string_pretty(&plan).map_err(|e| Error::Failed(e.to_string()))?);
-    } else {
-        print!("{plan}");
-    }
-    Ok(())
+    if args.json { print_json(&plan) } else { Ok(terminal::print(plan)?) }
 }

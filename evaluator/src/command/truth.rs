@@ -6,10 +6,10 @@ use clap::Args;
 use halflight_native::images::{Precision, auto_exposure, write_png};
 use halflight_renderer::truth::{Request, Stop};
 
-use super::{SceneArgs, is_exr, parse_size};
+use super::{SceneArgs, is_exr, parse_size, print_warnings};
 use crate::{
     Error,
-    session::{open_adapter, open_scene},
+    session::{open_adapter, open_scene_keeping},
     truth,
 };
 
@@ -53,7 +53,10 @@ pub(super) struct TruthArgs {
 }
 
 pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
-    let scene = open_scene(&args.scene.scene)?.posed(args.frame);
+    let exr = is_exr(&args.out)?;
+    let scene = open_scene_keeping(&args.scene.scene, &args.out)?;
+    print_warnings(&scene.warnings);
+    let scene = scene.posed(args.frame);
     let native = open_adapter(&args.adapter)?;
     let request = Request {
         bounce1: args.bounces > 0,
@@ -69,9 +72,7 @@ pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
         (None, samples) => Stop { error_block: 8, ..Stop::at_samples(samples.unwrap_or(64).max(1)) },
     };
     let traced = truth::trace(&native, &scene, &request, stop)?;
-    for warning in &traced.warnings {
-        eprintln!("warning: {warning}");
-    }
+    print_warnings(&traced.warnings);
     let mut image = truth::image(&traced.truth);
     let facts = [
         ("scene", scene.name.clone()),
@@ -83,7 +84,7 @@ pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
         ("commit", crate::run::COMMIT.to_owned()),
     ];
     image.metadata.extend(facts.map(|(key, value)| (key.to_owned(), value)));
-    if is_exr(&args.out)? {
+    if exr {
         image.write_exr(&args.out, Precision::Full)?;
     } else {
         let pixels = truth::final_radiance(&traced.truth);

@@ -1,4 +1,5 @@
 //! The real Sponza, where the folder `shared` lies beside the repository.
+#![allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 
 use std::path::Path;
 

@@ -6,6 +6,7 @@ use std::io::Write as _;
 use std::path::Path;
 
 use halflight_native::files::write_whole;
+use halflight_output::OutputFolder;
 
 use crate::Error;
 use crate::measurement::{self, Measurement};
@@ -47,22 +48,22 @@ pub struct Report {
 }
 
 impl Report {
-    /// Writes the folder. Files that are there already are replaced; pictures are left alone. May be called after every
+    /// Writes the folder. Files of an earlier report are replaced; pictures are not touched. May be called after every
     /// cell of a long run.
     ///
     /// # Errors
-    /// If a file cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<(), Error> {
-        measurement::write_json(&folder.join("results.json"), &self.measurements)?;
-        measurement::write_csv(&folder.join("results.csv"), &self.measurements)?;
+    /// If a file cannot be written, or if the folder holds a file of that name that is not a report's.
+    pub fn write(&self, folder: &OutputFolder) -> Result<(), Error> {
+        measurement::write_json(&folder.claim("results.json")?, &self.measurements)?;
+        measurement::write_csv(&folder.claim("results.csv")?, &self.measurements)?;
         let groups = groups(&self.measurements);
-        let parts = groups.iter().enumerate().map(|(index, group)| Part::new(index, group, &groups, folder));
+        let parts = groups.iter().enumerate().map(|(index, group)| Part::new(index, group, &groups, folder.path()));
         let parts: Vec<Part> = parts.collect::<Result<_, _>>()?;
         for plot in parts.iter().flat_map(Part::plots) {
-            write_text(&folder.join(format!("plots/{}.svg", plot.file)), &plot.drawing.file())?;
+            write_text(&folder.claim(&format!("plots/{}.svg", plot.file))?, &plot.drawing.file())?;
         }
-        write_text(&folder.join("tables.md"), &self.markdown(&parts))?;
-        write_text(&folder.join("index.html"), &html::page(self, &parts))
+        write_text(&folder.claim("tables.md")?, &self.markdown(&parts))?;
+        write_text(&folder.claim("index.html")?, &html::page(self, &parts))
     }
 
     fn markdown(&self, parts: &[Part]) -> String {

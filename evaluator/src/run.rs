@@ -5,14 +5,17 @@ mod frames;
 use std::{
     collections::{BTreeMap, btree_map::Entry},
     fs,
-    path::{Path, PathBuf},
+    path::Path,
 };
 
 use halflight_native::{
     NativeGpu,
+    cache::{Key, KeyInputs},
     files::write_whole,
     images::{Image, Rgb, auto_exposure, tone_map_all},
+    scene_hash::scene_hash,
 };
+use halflight_output::OutputFolder;
 use halflight_renderer::{
     SceneFacts,
     parameters::Settings,
@@ -22,6 +25,7 @@ use halflight_renderer::{
     truth::{Request as TruthRequest, Stop, Truth},
 };
 use halflight_scenes::{Scene, SceneNeeds};
+use halflight_shared_shaders::SHADERS;
 use serde_json::{Map, Value};
 
 use self::frames::{Noise, OcclusionTruth, Shown, modulate, occlusion_truth, time_frames};
@@ -62,15 +66,24 @@ pub const COMMIT: &str = env!("HALFLIGHT_COMMIT");
 /// Bad input (a scene, a setting, a folder that cannot be written), or a device that was lost. Cells that
 /// were finished stay in the folder.
 pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), Error> {
-    let cells_folder = options.out.join("cells");
-    if !options.resume && cells_folder.exists() {
-        fs::remove_dir_all(&cells_folder).map_err(|e| Error::unwritable(&cells_folder, e))?;
-    }
-    for folder in [&cells_folder, &options.out.join("images"), &options.out.join("plots")] {
-        fs::create_dir_all(folder).map_err(|e| Error::unwritable(folder, e))?;
-    }
     let scenes =
         grid.scenes.iter().map(|path| open_scene(path).map(|scene| (path, scene))).collect::<Result<Vec<_>, _>>()?;
+    let total = scenes.len() * grid.sizes.len() * grid.cells.len();
+    let folder = OutputFolder::open(options.out);
+    // Claimed before anything is measured: a folder that holds files of the user is refused at once.
+    for name in ["results.json", "results.csv", "tables.md", "index.html"] {
+        folder.claim(name)?;
+    }
+    for number in 0..total {
+        folder.claim(&cell_name(number))?;
+    }
+    for name in ["images", "plots"] {
+        let path = options.out.join(name);
+        fs::create_dir_all(&path).map_err(|e| Error::unwritable(&path, e))?;
+    }
+    if !options.resume {
+        folder.remove(|name| name.starts_with("cells/"))?;
+    }
     let mut report = Report {
         title: format!("Halflight: {}", grid.name),
         summary: format!(
@@ -85,16 +98,27 @@ pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), 
         warnings: scenes.iter().flat_map(|(_, scene)| scene.warnings.clone()).collect(),
         measurements: Vec::new(),
     };
-    let total = scenes.len() * grid.sizes.len() * grid.cells.len();
     let progress = Progress::new(&grid.name, total as u64);
     let mut number = 0;
     for (path, scene) in &scenes {
         for &size in &grid.sizes {
             // Images are held against the truth of the first frame.
             let still = scene.posed(0);
-            let mut runner = Runner { native, grid, options, scene: &still, moving: scene, path, size, prepared: None };
+            let hash = scene_hash(scene);
+            let mut runner = Runner {
+                native,
+                grid,
+                options,
+                folder: &folder,
+                scene: &still,
+                moving: scene,
+                hash,
+                path,
+                size,
+                prepared: None,
+            };
             for cell in &grid.cells {
-                let place = CellPlace { number, file: cells_folder.join(format!("{number:04}.json")) };
+                let place = CellPlace { number, folder: &folder };
                 number += 1;
                 let key = runner.key(cell);
                 let finished = place.finished(&key);
@@ -116,12 +140,12 @@ pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), 
                 report.measurements.push(row);
                 if is_fresh {
                     // A run that ends here, for whatever reason, leaves a report of what it finished.
-                    report.write(options.out)?;
+                    report.write(&folder)?;
                 }
             }
         }
     }
-    report.write(options.out)?;
+    report.write(&folder)?;
     progress.finish(&format!(
         "{}: {} of {total} cells in {}",
         grid.name,
@@ -150,15 +174,20 @@ fn describe(cell: &Cell) -> String {
     format!("{} {}", cell.technique.name, changed.join(" "))
 }
 
-struct CellPlace {
-    number: usize,
-    file: PathBuf,
+/// Name of the file of a finished cell.
+fn cell_name(number: usize) -> String {
+    format!("cells/{number:04}.json")
 }
 
-impl CellPlace {
+struct CellPlace<'a> {
+    number: usize,
+    folder: &'a OutputFolder,
+}
+
+impl CellPlace<'_> {
     /// The row of an earlier run, if it was the same cell.
     fn finished(&self, key: &str) -> Option<Measurement> {
-        let text = fs::read_to_string(&self.file).ok()?;
+        let text = fs::read_to_string(self.folder.path().join(cell_name(self.number))).ok()?;
         let mut stored: Map<String, Value> = serde_json::from_str(&text).ok()?;
         (stored.get("key")?.as_str()? == key).then_some(())?;
         serde_json::from_value(stored.remove("row")?).ok()
@@ -167,8 +196,9 @@ impl CellPlace {
     fn keep(&self, key: &str, row: &Measurement) -> Result<(), Error> {
         let stored = serde_json::json!({ "key": key, "row": row });
         let text = serde_json::to_string_pretty(&stored).map_err(|e| Error::Failed(e.to_string()))?;
-        write_whole(&self.file, |file| std::io::Write::write_all(file, text.as_bytes()))
-            .map_err(|e: std::io::Error| Error::unwritable(&self.file, e))
+        let path = self.folder.claim(&cell_name(self.number))?;
+        write_whole(&path, |file| std::io::Write::write_all(file, text.as_bytes()))
+            .map_err(|e: std::io::Error| Error::unwritable(&path, e))
     }
 }
 
@@ -198,29 +228,37 @@ struct Runner<'a> {
     native: &'a NativeGpu,
     grid: &'a Grid,
     options: &'a RunOptions<'a>,
+    folder: &'a OutputFolder,
     /// The scene as it is in its first frame.
     scene: &'a Scene,
     /// The scene as it moves.
     moving: &'a Scene,
+    /// Of its content.
+    hash: Key,
     path: &'a Path,
     size: [u32; 2],
     prepared: Option<Prepared<'a>>,
 }
 
 impl<'a> Runner<'a> {
-    /// What a finished cell must agree on to count as this one.
+    /// Everything that a cell's result depends on: a finished cell counts only where its key is the same. The scene is in
+    /// it by content, because its files may change under the same path.
     fn key(&self, cell: &Cell) -> String {
         let Grid { frames, seed, direct_from_truth, truth_samples, truth_rel_error, preset, temporal, .. } = self.grid;
         let [w, h] = self.size;
         let glossy = if self.wants_gloss() { ",glossy" } else { "" };
         let bounces = if self.grid.bounces > 1 { format!(",{} bounces", self.grid.bounces) } else { String::new() };
         format!(
-            "{} {w}x{h} {} {} frames={frames} seed={seed} direct={direct_from_truth} truth={truth_samples},{truth_rel_error}{glossy}{bounces} \
-             temporal={temporal} preset={preset} adapter={} commit={COMMIT}",
+            "{} scene={} {w}x{h} {} {} frames={frames} seed={seed} direct={direct_from_truth} truth={truth_samples},{truth_rel_error}{glossy}{bounces} \
+             temporal={temporal} preset={preset} adapter={} driver={} {} shaders={} commit={COMMIT}",
             self.path.display(),
+            self.hash,
             cell.technique.name,
             settings_text(&cell.settings),
-            self.native.info.name
+            self.native.info.name,
+            self.native.info.driver,
+            self.native.info.driver_info,
+            shaders_hash()
         )
     }
 
@@ -275,7 +313,7 @@ impl<'a> Runner<'a> {
                 ("commit", COMMIT.to_owned()),
             ];
             let header = BTreeMap::from(header.map(|(key, value)| (key.to_owned(), value)));
-            let pictures = Pictures { folder: self.options.out, width: self.size[0], mask: Some(&mask) };
+            let pictures = Pictures { folder: self.folder, width: self.size[0], mask: Some(&mask) };
             let name = |kind: &str| format!("{}_{}x{}_truth{kind}", self.scene.name, self.size[0], self.size[1]);
             let mut file = Image { metadata: header.clone(), ..truth::image(&truth) };
             // The rest follows from these, or needs more range than float16 has.
@@ -307,7 +345,7 @@ impl<'a> Runner<'a> {
     }
 
     fn measure(&mut self, cell: &Cell, number: usize) -> Result<Measurement, Error> {
-        let (grid, size, options, native) = (self.grid, self.size, self.options, self.native);
+        let (grid, size, options, native, folder) = (self.grid, self.size, self.options, self.native, self.folder);
         let (scene, moving, path) = (self.scene, self.moving, self.path);
         let prepared = self.prepare()?;
         let session = &prepared.session;
@@ -352,7 +390,7 @@ impl<'a> Runner<'a> {
             _ => None,
         };
         let Prepared { truth_final, truth_indirect, mask, exposure, indirect_exposure, .. } = prepared;
-        let pictures = Pictures { folder: options.out, width: size[0], mask: Some(mask) };
+        let pictures = Pictures { folder, width: size[0], mask: Some(mask) };
         let name = |kind: &str| format!("{}_{}x{}_{number:04}{kind}", scene.name, size[0], size[1]);
         let mut file = Image { metadata: prepared.header.clone(), ..Image::new(size[0], size[1]) };
         file.metadata.insert("technique".into(), cell.technique.name.into());
@@ -452,6 +490,15 @@ pub fn check_textures(all: &[&Frames]) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// Hash of all shaders. The commit does not tell shaders apart that were edited since.
+fn shaders_hash() -> Key {
+    let mut inputs = KeyInputs::default();
+    for shader in SHADERS {
+        inputs.add_text(shader.name).add_text(shader.source);
+    }
+    inputs.key()
 }
 
 fn settings_text(settings: &Settings) -> String {

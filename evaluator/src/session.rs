@@ -1,6 +1,9 @@
 //! A scene on a device: frames, their images and their times.
 
-use std::path::Path;
+use std::{
+    cell::RefCell,
+    path::{Path, PathBuf},
+};
 
 use halflight_native::{
     AdapterChoice, NativeGpu,
@@ -16,7 +19,7 @@ use halflight_renderer::{
     techniques::Technique,
     texels::decoder,
 };
-use halflight_scenes::{DiskFiles, Scene, load_scene};
+use halflight_scenes::{DiskFiles, FileSource, Scene, load_scene};
 use wgpu::TextureFormat as Format;
 
 use crate::Error;
@@ -32,9 +35,41 @@ pub fn open_adapter(choice: &str) -> Result<NativeGpu, Error> {
 /// Reads a scene file or a bare OBJ, or makes the bundled scene of this name.
 ///
 /// # Errors
-/// One sentence with the file, the line or key, and the mend.
+/// One sentence with the file, the line or key, and the fix.
 pub fn open_scene(path: &Path) -> Result<Scene, Error> {
     load_scene(&DiskFiles, path).map_err(|e| Error::BadInput(e.to_string()))
+}
+
+/// As [`open_scene`], for a command that then writes `out`: no file of the scene is overwritten.
+///
+/// # Errors
+/// As [`open_scene`], and where `out` is a file of the scene, such as a texture.
+pub fn open_scene_keeping(path: &Path, out: &Path) -> Result<Scene, Error> {
+    let files = RecordedFiles::default();
+    let scene = load_scene(&files, path).map_err(|e| Error::BadInput(e.to_string()))?;
+    let out_file = out.canonicalize();
+    let is_out = |read: &PathBuf| out_file.as_ref().is_ok_and(|out| read.canonicalize().is_ok_and(|read| read == *out));
+    if files.read.borrow().iter().any(is_out) {
+        return Err(Error::BadInput(format!(
+            "--out {} is a file of the scene {} and would be overwritten: choose another name",
+            out.display(),
+            path.display()
+        )));
+    }
+    Ok(scene)
+}
+
+/// Files of the disk, with a record of those that were read.
+#[derive(Default)]
+struct RecordedFiles {
+    read: RefCell<Vec<PathBuf>>,
+}
+
+impl FileSource for RecordedFiles {
+    fn read(&self, path: &Path) -> std::io::Result<Vec<u8>> {
+        self.read.borrow_mut().push(path.to_owned());
+        DiskFiles.read(path)
+    }
 }
 
 /// Four channels a pixel, linear, rows from the top.

@@ -202,6 +202,14 @@ impl Explanation {
         self.links.iter().enumerate().map(row).collect()
     }
 
+    /// Checks that the files of an explanation can be written to a folder, and reserves them.
+    ///
+    /// # Errors
+    /// If the folder holds files of these names that the program did not write, or cannot be written.
+    pub fn claim(folder: &Path) -> Result<(), Error> {
+        output::claim(folder)
+    }
+
     /// Writes the folder: index.html, explain.md, explain.json, plots/links.svg and one picture a link.
     ///
     /// # Errors

@@ -6,6 +6,7 @@ use halflight_native::{
     files::write_whole,
     images::{Rgb, auto_exposure, luminance, write_png, write_png_srgb8},
 };
+use halflight_output::OutputFolder;
 
 use super::{Explanation, LinkRow, Uncertain};
 use crate::{
@@ -19,9 +20,20 @@ use crate::{
     statistics::percentile,
 };
 
+/// Files of every explanation; beside them there is a picture for each link.
+const FILES: [&str; 6] =
+    ["index.html", "explain.md", "explain.json", "plots/links.svg", "images/image.png", "images/truth.png"];
+
+pub(super) fn claim(folder: &Path) -> Result<(), Error> {
+    let folder = OutputFolder::open(folder);
+    FILES.iter().try_for_each(|name| folder.claim(name).map(drop))?;
+    Ok(())
+}
+
 pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static str, String)]) -> Result<(), Error> {
+    let folder = OutputFolder::open(folder);
     let text = |name: &str, text: &str| {
-        let path = folder.join(name);
+        let path = folder.claim(name)?;
         write_whole(&path, |file| file.write_all(text.as_bytes()))
             .map_err(|error: std::io::Error| Error::unwritable(&path, error))
     };
@@ -29,7 +41,7 @@ pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static
     let exposure = auto_exposure(&explanation.truth, Some(mask));
     let picture = |name: &str, pixels: &[Rgb]| {
         let path = format!("images/{name}.png");
-        write_png(&folder.join(&path), *width, pixels, exposure).map(|()| path).map_err(Error::from)
+        write_png(&folder.claim(&path)?, *width, pixels, exposure).map(|()| path).map_err(Error::from)
     };
     let mut pictures = vec![
         ("the image".to_owned(), picture("image", &explanation.shown)?),
@@ -38,7 +50,7 @@ pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static
     let scale = full_scale(explanation);
     for (link, pixels) in explanation.links.iter().zip(&explanation.pictures) {
         let path = format!("images/{}.png", link.name.replace(' ', "_"));
-        write_png_srgb8(&folder.join(&path), *width, &signed_map(pixels, scale, mask))?;
+        write_png_srgb8(&folder.claim(&path)?, *width, &signed_map(pixels, scale, mask))?;
         pictures.push((link.name.to_owned(), path));
     }
     let rows = explanation.rows();

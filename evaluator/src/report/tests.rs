@@ -61,7 +61,7 @@ fn column(table: &Table, name: &str, unit: &str) -> Vec<String> {
 fn the_folder_is_whole_and_the_page_needs_no_network() {
     let folder = std::env::temp_dir().join(format!("halflight-report-{}", std::process::id()));
     for _ in 0..2 {
-        report().write(&folder).unwrap(); // writing again replaces
+        report().write(&OutputFolder::open(&folder)).unwrap(); // writing again replaces
     }
     for file in ["results.csv", "results.json", "tables.md", "plots/time-vs-relmse.svg", "plots/cost-per-pass.svg"] {
         assert!(folder.join(file).is_file(), "{file}");
@@ -87,12 +87,12 @@ fn the_folder_is_whole_and_the_page_needs_no_network() {
 #[test]
 fn a_report_may_be_empty() {
     let folder = std::env::temp_dir().join(format!("halflight-report-empty-{}", std::process::id()));
-    Report::default().write(&folder).unwrap();
+    Report::default().write(&OutputFolder::open(&folder)).unwrap();
     let lonely = Report {
         measurements: vec![Measurement { technique: "none".into(), ..Measurement::default() }],
         ..Report::default()
     };
-    lonely.write(&folder).unwrap();
+    lonely.write(&OutputFolder::open(&folder)).unwrap();
     std::fs::remove_dir_all(folder).unwrap();
 }
 
@@ -100,7 +100,7 @@ fn a_report_may_be_empty() {
 fn an_unwritable_folder_is_bad_input() {
     let file = std::env::temp_dir().join(format!("halflight-report-file-{}", std::process::id()));
     std::fs::write(&file, "").unwrap();
-    let error = report().write(&file).unwrap_err();
+    let error = report().write(&OutputFolder::open(&file)).unwrap_err();
     assert!(error.exit_code() == 2 && error.to_string().starts_with("cannot write"), "{error}");
     std::fs::remove_file(file).unwrap();
 }
@@ -152,7 +152,7 @@ fn every_measure_has_its_frontier() {
     let svg = plots.iter().find(|plot| plot.choice == "|bias|").unwrap().drawing.inline();
     assert!(svg.contains("bias over samples") && svg.contains(">−0.02<"), "bias over samples keeps its sign: {svg}");
     let folder = std::env::temp_dir().join(format!("halflight-measures-{}", std::process::id()));
-    report.write(&folder).unwrap();
+    report.write(&OutputFolder::open(&folder)).unwrap();
     let text = std::fs::read_to_string(folder.join("tables.md")).unwrap();
     for (title, wanted) in [("FLIP", true), ("relMSE", true), ("|bias|", false)] {
         assert_eq!(text.contains(&format!("### What each millisecond buys, by {title}\n")), wanted, "{title}");

@@ -14,12 +14,12 @@ use std::{path::PathBuf, process::ExitCode};
 use clap::Parser;
 use halflight_evaluator::{
     Error,
-    command::parse_size,
     session::{Frames, Request, Session, open_adapter, open_scene},
     statistics::percentile,
 };
 use halflight_native::{NativeGpu, images::Rgb};
 use halflight_renderer::{
+    invocation::parse_size,
     PassTime,
     parameters::{Settings, Value, check_settings},
     plan::{FramePlan, Part, Pass, ResourceId, ResourceKind},

@@ -3,9 +3,9 @@
 
 use std::error::Error;
 
-use halflight_evaluator::measurement::{Errors, Measurement, Timing};
-use halflight_evaluator::metrics::{DisplayPair, Rgb, display_errors, linear_errors};
+use halflight_evaluator::measurement::{Measurement, Timing};
 use halflight_evaluator::report::{Pictures, Report};
+use halflight_metrics::{DisplayPair, LinearPair, MetricId, Rgb, Values};
 use halflight_native::images::{auto_exposure, tone_map_all};
 use halflight_output::{OutputFolder, terminal};
 use serde_json::{Map, Value, json};
@@ -108,8 +108,10 @@ impl Court {
         let exposure = auto_exposure(&true_whole, mask);
         let shown = [tone_map_all(&whole, exposure), tone_map_all(&true_whole, exposure)];
         let pair = DisplayPair { width: WIDTH, linear: [&whole, &true_whole], display: [&shown[0], &shown[1]], mask };
-        let mut errors = Errors::new(&linear_errors(&image, &truth, mask), &display_errors(&pair));
-        errors.truth_rel_error = Some(0.02);
+        let mut errors = Values::default();
+        errors.measure_indirect(&LinearPair::new(&image, &truth, mask));
+        errors.measure_final(&pair);
+        errors.set(MetricId::TruthRelError, Some(0.02));
 
         let gather = 0.11 * f64::from(samples) * if start == "half" { 3.8 } else { 1.0 };
         let tail = |level: i32| gather * 0.25f64.powi(level);

@@ -106,18 +106,6 @@ fn read_preset(path: &Path) -> Result<Preset, Error> {
     Preset::read(path, &text).map_err(|e| Error::BadInput(e.to_string()))
 }
 
-/// A size written `WIDTHxHEIGHT`, each from 1 to 16384.
-///
-/// # Errors
-/// A sentence that says how to write it.
-pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
-    match sides {
-        Some([w @ 1..=16384, h @ 1..=16384]) => Ok([w, h]),
-        _ => Err("write WIDTHxHEIGHT, each from 1 to 16384, for example 1280x720".into()),
-    }
-}
-
 /// Runs the command line; returns the process's exit code: 0 done, 1 failed, 2 bad input.
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {

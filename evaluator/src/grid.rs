@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use halflight_renderer::{
+    invocation::parse_size,
     parameters::Settings,
     preset::{check, declaration},
     techniques::{self, Technique},
@@ -12,7 +13,7 @@ use halflight_scenes::{
     keys::{Source, Table},
 };
 
-use crate::{Error, command::parse_size};
+use crate::Error;
 
 /// A grid file, read and checked.
 #[derive(Clone, Debug)]

@@ -6,14 +6,13 @@
 use std::io::Write as _;
 use std::path::Path;
 
+use halflight_metrics::{Values, percentile};
 use halflight_native::files::write_whole;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::metrics::{DisplayErrors, LinearErrors};
-use crate::statistics::percentile;
+use crate::Error;
 use crate::temporal::Temporal;
-use crate::{Error, serial};
 
 /// One row of results.csv.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -46,9 +45,9 @@ pub struct Measurement {
     pub pass_ms: Map<String, Value>,
     /// Textures and buffers of the plan, bytes.
     pub memory_bytes: u64,
-    /// What the image measures against truth.
+    /// Metrics of the image against the reference.
     #[serde(flatten)]
-    pub errors: Errors,
+    pub errors: Values,
     /// What happens over time, where the grid asked for it.
     #[serde(flatten)]
     pub temporal: Temporal,
@@ -73,88 +72,6 @@ pub struct Measurement {
     /// `truth_exr`.
     #[serde(flatten, with = "image_columns")]
     pub images: Map<String, Value>,
-}
-
-/// Every error column; None = not measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-#[allow(missing_docs, reason = "each is the field of the same name in LinearErrors or DisplayErrors")]
-pub struct Errors {
-    #[serde(with = "serial::float::optional")]
-    pub indirect_rel_mse: Option<f64>,
-    #[serde(with = "serial::float::optional")]
-    pub indirect_rmse: Option<f64>,
-    #[serde(with = "serial::float::optional")]
-    pub indirect_bias: Option<f64>,
-    #[serde(with = "serial::float::optional")]
-    pub indirect_p95_abs: Option<f64>,
-    #[serde(with = "serial::float::optional")]
-    pub indirect_p999_abs: Option<f64>,
-    #[serde(with = "serial::float::optional")]
-    pub indirect_best_factor: Option<f64>,
-    #[serde(with = "serial::float::optional")]
-    pub indirect_scaled_rel_mse: Option<f64>,
-    /// Openness against traced openness, where a technique finds it: root mean square, 0..1.
-    #[serde(with = "serial::float::optional", skip_serializing_if = "Option::is_none")]
-    pub occlusion_rmse: Option<f64>,
-    /// Its signed mean: positive is too open.
-    #[serde(with = "serial::float::optional", skip_serializing_if = "Option::is_none")]
-    pub occlusion_bias: Option<f64>,
-    /// 95th percentile of its size.
-    #[serde(with = "serial::float::optional", skip_serializing_if = "Option::is_none")]
-    pub occlusion_p95_abs: Option<f64>,
-    #[serde(with = "serial::float::optional")]
-    pub final_psnr_db: Option<f64>,
-    #[serde(with = "serial::float::optional")]
-    pub final_ssim: Option<f64>,
-    #[serde(with = "serial::float::optional")]
-    pub final_flip: Option<f64>,
-    #[serde(with = "serial::float::optional")]
-    pub final_hdr_flip: Option<f64>,
-    /// Standard deviation per pixel over seeds under a still camera, mean over pixels, radiance.
-    #[serde(with = "serial::float::optional")]
-    pub noise_std: Option<f64>,
-    /// Relative standard error that the truth reached.
-    #[serde(with = "serial::float::optional")]
-    pub truth_rel_error: Option<f64>,
-}
-
-impl Errors {
-    /// The columns of `albedo * indirect` (`linear`) and of the final image (`display`); noise and truth stay None.
-    pub fn new(linear: &LinearErrors, display: &DisplayErrors) -> Self {
-        Self {
-            indirect_rel_mse: Some(linear.rel_mse),
-            indirect_rmse: Some(linear.rmse),
-            indirect_bias: Some(linear.bias),
-            indirect_p95_abs: Some(linear.p95_abs),
-            indirect_p999_abs: Some(linear.p999_abs),
-            indirect_best_factor: Some(linear.best_factor),
-            indirect_scaled_rel_mse: Some(linear.scaled_rel_mse),
-            final_psnr_db: Some(display.psnr_db),
-            final_ssim: Some(display.ssim),
-            final_flip: Some(display.flip),
-            final_hdr_flip: Some(display.hdr_flip),
-            ..Self::default()
-        }
-    }
-}
-
-impl Errors {
-    /// The columns of openness; those of light stay None.
-    pub fn of_occlusion(linear: &LinearErrors) -> Self {
-        Self {
-            occlusion_rmse: Some(linear.rmse),
-            occlusion_bias: Some(linear.bias),
-            occlusion_p95_abs: Some(linear.p95_abs),
-            ..Self::default()
-        }
-    }
-
-    /// These columns and those of openness, of a technique that finds both.
-    pub fn and_occlusion(self, linear: &LinearErrors) -> Self {
-        let Self { occlusion_rmse, occlusion_bias, occlusion_p95_abs, .. } = Self::of_occlusion(linear);
-        Self { occlusion_rmse, occlusion_bias, occlusion_p95_abs, ..self }
-    }
 }
 
 impl Measurement {

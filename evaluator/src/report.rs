@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::path::Path;
 
+use halflight_metrics::{METRICS, MetricId};
 use halflight_native::files::write_whole;
 use halflight_output::OutputFolder;
 
@@ -15,7 +16,6 @@ pub mod chart;
 mod grouping;
 mod html;
 pub(crate) mod markdown;
-mod measure;
 mod pareto;
 mod pictures;
 mod plots;
@@ -123,7 +123,7 @@ impl Report {
             let numbers = self.measurements.iter().enumerate().filter(|(_, row)| test(row)).map(|(index, _)| index + 1);
             numbers.map(|number| format!("#{number}")).collect::<Vec<_>>().join(", ")
         };
-        let is_nan = |row: &Measurement| measure::MEASURES.iter().any(|m| (m.value)(row).is_some_and(f64::is_nan));
+        let is_nan = |row: &Measurement| METRICS.iter().any(|metric| row.errors.get(metric.id).is_some_and(f64::is_nan));
         let found = [
             (
                 rows(&|row| row.software_adapter),
@@ -135,9 +135,9 @@ impl Report {
                 rows(&|row| row.time_ms_p95 > 1.5 * row.time_ms_median),
                 "p95 is over 1.5 times the median: the machine was busy",
             ),
-            (rows(&is_nan), "a measure is NaN: the image holds a value that is not a number"),
+            (rows(&is_nan), "a metric is NaN: the image holds a value that is not a number"),
             (
-                rows(&|row| row.errors.truth_rel_error.is_some_and(|error| error > 0.05)),
+                rows(&|row| row.errors.get(MetricId::TruthRelError).is_some_and(|error| error > 0.05)),
                 "the truth's own standard error is over 5 %: small differences between rows mean nothing",
             ),
         ];
@@ -202,9 +202,9 @@ impl<'a> Part<'a> {
     /// Those of tables.md: the frontier by what a viewer sees and by what the light's own error is.
     fn tables(&self) -> impl Iterator<Item = &tables::Table> {
         let Self { slice, trades, results, temporal, passes, published, commands, .. } = self;
-        let told = |trade: &&trade::Trade| ["FLIP", "relMSE"].contains(&trade.measure.name);
+        let headline = |trade: &&trade::Trade| trade.metric.headline;
         let slice = slice.iter().map(|slice| &slice.table);
-        let trades = trades.iter().filter(told).map(|trade| &trade.table);
+        let trades = trades.iter().filter(headline).map(|trade| &trade.table);
         slice.chain(trades).chain([results]).chain(temporal).chain(passes).chain(published).chain(commands)
     }
 

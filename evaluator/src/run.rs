@@ -8,6 +8,7 @@ use std::{
     path::Path,
 };
 
+use halflight_metrics::{DisplayPair, LinearPair, MetricId, Values};
 use halflight_native::{
     NativeGpu,
     cache::{Key, KeyInputs},
@@ -32,8 +33,7 @@ use self::frames::{Noise, OcclusionTruth, Shown, modulate, occlusion_truth, time
 use crate::{
     Error,
     grid::{Cell, Grid},
-    measurement::{Errors, Measurement},
-    metrics::{DisplayPair, display_errors, linear_errors},
+    measurement::Measurement,
     progress::Progress,
     report::{Pictures, Report},
     session::{Frames, Request, Session, open_scene},
@@ -158,7 +158,7 @@ pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), 
 /// What to say where the truth stopped at its number of samples, before it was as precise as asked.
 fn noisy_truth(row: &Measurement, asked: f32) -> Option<String> {
     let Measurement { scene, width, height, .. } = row;
-    let reached = row.errors.truth_rel_error.filter(|&reached| reached > f64::from(asked) * 1.05)?;
+    let reached = row.errors.get(MetricId::TruthRelError).filter(|&reached| reached > f64::from(asked) * 1.05)?;
     Some(format!(
         "truth of {scene} at {width}x{height} reached a relative error of {reached:.3} over 8x8 blocks, not the {asked} asked \
          for: raise truth_samples"
@@ -405,8 +405,9 @@ impl<'a> Runner<'a> {
                 ("exr", pictures.exr(&name(""), &file)?),
                 ("truth_final", pictures.radiance(&truth_name, &reference, 1.0)?),
             ];
-            let mut errors = Errors::of_occlusion(&linear_errors(open, &reference, Some(mask)));
-            errors.truth_rel_error = Some(truth.rel_error);
+            let mut errors = Values::default();
+            errors.measure_occlusion(&LinearPair::new(open, &reference, Some(mask)));
+            errors.set(MetricId::TruthRelError, Some(truth.rel_error));
             (errors, images.map(|(kind, picture)| (kind.to_owned(), picture)).into_iter().collect::<Map<_, _>>())
         } else {
             let display = [&shown.image, truth_final].map(|image| tone_map_all(image, *exposure));
@@ -428,16 +429,17 @@ impl<'a> Runner<'a> {
                 ("exr".to_owned(), pictures.exr(&name(""), &file)?),
             ]);
             images.extend(prepared.pictures.clone());
-            let linear = linear_errors(&shown.indirect, truth_indirect, Some(mask));
-            let mut errors = Errors::new(&linear, &display_errors(&pair));
-            errors.truth_rel_error = Some(prepared.truth_rel_error);
+            let mut errors = Values::default();
+            errors.measure_indirect(&LinearPair::new(&shown.indirect, truth_indirect, Some(mask)));
+            errors.measure_final(&pair);
+            errors.set(MetricId::TruthRelError, Some(prepared.truth_rel_error));
             if let (Some(open), Some(truth)) = (&shown.open, &open_truth) {
                 let reference: Vec<Rgb> = truth.mean.iter().map(|&v| [v; 3]).collect();
-                errors = errors.and_occlusion(&linear_errors(open, &reference, Some(mask)));
+                errors.measure_occlusion(&LinearPair::new(open, &reference, Some(mask)));
             }
             (errors, images)
         };
-        errors.noise_std = noise.deviation();
+        errors.set(MetricId::NoiseStd, noise.deviation());
         let mut row = Measurement {
             scene: scene.name.clone(),
             camera: "default".into(),

@@ -9,7 +9,7 @@ use halflight_scenes::{Keyframe, Motion, Moves, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Error, serial,
+    Error,
     session::{Frames, Request, Session},
 };
 
@@ -19,13 +19,13 @@ use crate::{
 pub struct Temporal {
     /// Still camera and scene, [`WARM_UP`] frames in: standard deviation of `albedo * indirect` at a pixel over
     /// [`WINDOW`] frames, root mean square over pixels and channels, radiance.
-    #[serde(rename = "temporal_still_std", with = "serial::float::optional", skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "temporal_still_std", with = "halflight_metrics::float::optional", skip_serializing_if = "Option::is_none")]
     pub still_std: Option<f64>,
     /// Everything that moves jumps to its last place: frames until half of the old light is gone from the surfaces
     /// that stayed in view.
     #[serde(
         rename = "temporal_ghost_half_life_frames",
-        with = "serial::float::optional",
+        with = "halflight_metrics::float::optional",
         skip_serializing_if = "Option::is_none"
     )]
     pub ghost_half_life: Option<f64>,
@@ -33,13 +33,13 @@ pub struct Temporal {
     /// stays in the end.
     #[serde(
         rename = "temporal_recover_frames",
-        with = "serial::float::optional",
+        with = "halflight_metrics::float::optional",
         skip_serializing_if = "Option::is_none"
     )]
     pub recover: Option<f64>,
     /// Along the moves of scene and camera: root mean square difference from the average of unfiltered frames at
     /// the same place, over [`CHECKPOINTS`] frames, radiance.
-    #[serde(rename = "temporal_path_rmse", with = "serial::float::optional", skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "temporal_path_rmse", with = "halflight_metrics::float::optional", skip_serializing_if = "Option::is_none")]
     pub path_rmse: Option<f64>,
 }
 

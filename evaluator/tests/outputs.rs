@@ -7,6 +7,8 @@ use std::{
     process::{Command, Output, Stdio},
 };
 
+use halflight_metrics::MetricId;
+
 const ROOM: &str = "mtllib room.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv -1 -1 2\nv 1 -1 2\nvt 0 0\nusemtl wall\n\
                     f 1/1 2/1 3/1 4/1\nf 5/1 6/1 2/1 1/1\n";
 const SCENE: &str = "name = \"room\"\n[[model]]\npath = \"room.obj\"\n[camera]\neye = [0.0, 0.0, 3.0]\n\
@@ -78,7 +80,7 @@ impl Folder {
     /// Root mean square error of each row of a report.
     fn errors(&self, report: &str) -> Vec<f64> {
         let rows = halflight_evaluator::measurement::read_json(&self.0.join(report).join("results.json")).unwrap();
-        rows.iter().map(|row| row.errors.indirect_rmse.unwrap()).collect()
+        rows.iter().map(|row| row.errors.get(MetricId::IndirectRmse).unwrap()).collect()
     }
 }
 

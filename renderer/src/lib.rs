@@ -5,10 +5,10 @@
 //! `wasm32-unknown-unknown`.
 
 mod emitters;
-pub mod error;
 mod feedback;
 mod frame;
 mod gpu;
+pub mod invocation;
 mod light_views;
 mod motion;
 pub mod parameters;
@@ -24,7 +24,6 @@ mod slices;
 pub mod techniques;
 pub mod temporal;
 pub mod texels;
-pub mod tone;
 mod translucency;
 pub mod truth;
 mod uniform;

@@ -13,12 +13,11 @@ use std::{path::PathBuf, process::ExitCode};
 use clap::{Parser, Subcommand};
 use halflight_evaluator::{
     Error,
-    command::parse_size,
-    metrics::{Rgb, linear_errors, mean},
     session::{Frames, Session, open_scene},
-    statistics::percentile,
     truth,
 };
+use halflight_metrics::{LinearPair, Rgb, bias, mean, p95_abs, percentile, rmse};
+use halflight_renderer::invocation::parse_size;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_tests::{device, request};
 
@@ -315,10 +314,10 @@ fn occlusion(args: &Args, session: &Session) -> Result<(), Error> {
         let mut frames = session.frames(&request(technique, &settings, args.size))?;
         let image = frames.mean_over_frames("ambient_occlusion", args.frames)?.0;
         let image: Vec<Rgb> = image.iter().map(|v| [v[0]; 3]).collect();
-        let errors = linear_errors(&image, &reference, Some(&mask));
+        let pair = LinearPair::new(&image, &reference, Some(&mask));
         let sizes = image.iter().zip(&reference).zip(&mask).filter(|(_, m)| **m).map(|((a, b), _)| (a[0] - b[0]).abs());
         let size = f64::from(sizes.sum::<f32>()) / mask.iter().filter(|m| **m).count() as f64;
-        println!("{name:<42}{:>10.4}{:>+10.4}{:>10.4}{size:>12.4}", errors.rmse, errors.bias, errors.p95_abs);
+        println!("{name:<42}{:>10.4}{:>+10.4}{:>10.4}{size:>12.4}", rmse(&pair), bias(&pair), p95_abs(&pair));
     }
     Ok(())
 }
@@ -360,7 +359,7 @@ fn light(args: &Args, session: &Session) -> Result<(), Error> {
         };
         let (image, deviation) = session.frames(&request)?.mean_over_frames("indirect", args.frames)?;
         let found = mean(&image, Some(&mask));
-        let errors = linear_errors(&image, &seen.mean, Some(&mask));
+        let pair = LinearPair::new(&image, &seen.mean, Some(&mask));
         let noise = deviation / found;
         if technique == "ray-march" {
             rays = noise;
@@ -368,7 +367,7 @@ fn light(args: &Args, session: &Session) -> Result<(), Error> {
         println!(
             "{name:<42}{found:>12.5}{:>13.1}%{:>14.3}{noise:>12.3}{:>16.2}",
             100.0 * found / part,
-            errors.rmse / part,
+            rmse(&pair) / part,
             (rays / noise).powi(2)
         );
     }

@@ -12,12 +12,12 @@ use clap::Parser;
 use glam::{Mat4, Vec3, Vec3A};
 use halflight_evaluator::{
     Error,
-    command::parse_size,
-    metrics::{Rgb, linear_errors, mean},
     session::{Request, Session, open_scene},
     truth,
 };
+use halflight_metrics::{LinearPair, Rgb, bias, mean, rel_mse, rmse};
 use halflight_renderer::{
+    invocation::parse_size,
     parameters::{Settings, Value},
     truth::{Request as TruthRequest, Stop},
 };
@@ -107,14 +107,14 @@ fn errors(args: &Args, session: &Session) -> Result<(), Error> {
     // What the truth's own noise adds to relMSE.
     let deviation = lit(&bounce.standard_error);
     let noisy: Vec<Rgb> = reference.iter().zip(&deviation).map(|(t, e)| std::array::from_fn(|c| t[c] + e[c])).collect();
-    let noise = linear_errors(&noisy, &reference, Some(&mask)).rel_mse;
+    let noise = rel_mse(&LinearPair::new(&noisy, &reference, Some(&mask)));
     println!(
         "\n{:<12}{:<8}{:>9}{:>13}{:>13}{:>12}{:>12}{:>12}",
         "visibility", "levels", "relMSE", "bias / mean", "RMSE / mean", "of it dark", "middle", "bright"
     );
     let show = |kind: &str, downsampling: &str, image: &[Rgb]| {
-        let errors = linear_errors(&lit(image), &reference, Some(&mask));
         let lit = lit(image);
+        let pair = LinearPair::new(&lit, &reference, Some(&mask));
         // Which pixels the error stands on: truth under a tenth of its mean, up to the mean, above it.
         let share = |wanted: &dyn Fn(f64) -> bool| {
             let of = |(x, t): (&f32, &f32)| {
@@ -127,9 +127,9 @@ fn errors(args: &Args, session: &Session) -> Result<(), Error> {
         };
         println!(
             "{kind:<12}{downsampling:<8}{:>9.3}{:>13.3}{:>13.3}{:>12.3}{:>12.3}{:>12.3}",
-            errors.rel_mse,
-            errors.bias / middle,
-            errors.rmse / middle,
+            rel_mse(&pair),
+            bias(&pair) / middle,
+            rmse(&pair) / middle,
             share(&|t| t < 0.1),
             share(&|t| (0.1..1.0).contains(&t)),
             share(&|t| t >= 1.0),

@@ -2,12 +2,12 @@
 //! change only in their numbers.
 #![allow(clippy::unwrap_used)]
 
+use halflight_metrics::tone::{Rgb, tone_map};
 use halflight_native::frames::{Timing, read_texture, run_frame};
 use halflight_renderer::{
     Externals, Recording, SceneBuffers, SceneFacts, View,
     plan::{FramePlan, Part},
     plan_frame,
-    tone::{Rgb, tone_map},
 };
 use halflight_scenes::{Camera, Light};
 use halflight_tests::{bundled, device, known};

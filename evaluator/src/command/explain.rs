@@ -6,7 +6,9 @@ use clap::Args;
 use halflight_native::cache::Cache;
 use halflight_output::terminal;
 
-use super::{SceneArgs, TechniqueArgs, parse_size, print_json, print_warnings};
+use super::{SceneArgs, TechniqueArgs, print_json, print_warnings};
+use halflight_renderer::invocation::parse_size;
+
 use crate::{
     Error,
     explain::{Explanation, Options},

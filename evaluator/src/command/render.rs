@@ -8,9 +8,10 @@ use halflight_native::{
     images::{Precision, auto_exposure, write_png},
 };
 use halflight_output::terminal;
+use halflight_renderer::invocation::parse_size;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 
-use super::{SceneArgs, TechniqueArgs, is_exr, parse_size, print_json, print_warnings};
+use super::{SceneArgs, TechniqueArgs, is_exr, print_json, print_warnings};
 use crate::{
     Error, plan_graph,
     session::{Request, Session, open_adapter, open_scene, open_scene_keeping},

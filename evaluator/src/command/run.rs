@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use halflight_renderer::invocation::parse_size;
+
 use crate::{
     Error,
     grid::Grid,
@@ -20,7 +22,7 @@ pub(super) struct RunArgs {
     #[arg(long = "scene", value_name = "FILE")]
     scenes: Vec<PathBuf>,
     /// Size to run instead of the grid's, pixels.
-    #[arg(long, value_parser = super::parse_size, value_name = "WxH")]
+    #[arg(long, value_parser = parse_size, value_name = "WxH")]
     size: Option<[u32; 2]>,
     /// Report folder; index.html in it opens from disk.
     #[arg(long, value_name = "DIR")]

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use halflight_native::images::{Precision, auto_exposure, write_png};
+use halflight_renderer::invocation::parse_size;
 use halflight_renderer::truth::{Request, Stop};
 
-use super::{SceneArgs, is_exr, parse_size, print_warnings};
+use super::{SceneArgs, is_exr, print_warnings};
 use crate::{
     Error,
     session::{open_adapter, open_scene_keeping},

@@ -19,6 +19,7 @@
 
 use std::path::Path;
 
+use halflight_metrics::mean;
 use halflight_native::{NativeGpu, cache::Cache, images::Rgb, truth::TruthSource};
 use halflight_renderer::{
     parameters::{Settings, Value},
@@ -32,7 +33,6 @@ use serde::Serialize;
 use crate::{
     Error,
     format::number,
-    metrics::mean,
     progress::Progress,
     session::{Frames, Request, Session},
 };

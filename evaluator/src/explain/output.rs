@@ -2,6 +2,7 @@
 
 use std::{fmt::Write as _, io::Write as _, path::Path};
 
+use halflight_metrics::percentile;
 use halflight_native::{
     files::write_whole,
     images::{Rgb, auto_exposure, luminance, write_png, write_png_srgb8},
@@ -17,7 +18,6 @@ use crate::{
         simple_page,
         tables::{Cell, Column, Table, TableRow},
     },
-    statistics::percentile,
 };
 
 /// Files of every explanation; beside them there is a picture for each link.

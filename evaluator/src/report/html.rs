@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
+use halflight_metrics::{Metric, MetricId, colour_map};
 use serde_json::{Value, json};
 
 use super::chart::STYLE as CHART_STYLE;
-use super::measure::MEASURES;
 use super::plots::Named;
 use super::slice::Slice;
 use super::strip::{self, Strip};
@@ -13,7 +13,6 @@ use super::tables::{Cell, Column, Kind, Table, TableRow};
 use super::trade::{self, Trade};
 use super::{FULL_SCALE, Part, Report, escape};
 use crate::format::number;
-use crate::metrics::colour_map;
 
 const PAGE: &str = include_str!("page.html");
 pub(super) const STYLE: &str = include_str!("page.css");
@@ -300,9 +299,9 @@ fn error_maps(part: &Part) -> String {
         .rows
         .iter()
         .filter_map(|&(index, row)| {
-            let told = MEASURES.iter().filter(|measure| ["FLIP", "relMSE"].contains(&measure.name));
-            let told = told.filter_map(|measure| Some(format!("{} {}", measure.name, number((measure.value)(row)?, 3))));
-            let error = told.collect::<Vec<_>>().join(" · ");
+            let headlines = Metric::ranked().into_iter().filter(|metric| metric.headline);
+            let value = |metric: &Metric| Some(format!("{} {}", metric.title, number(row.errors.get(metric.id)?, 3)));
+            let error = headlines.filter_map(value).collect::<Vec<_>>().join(" · ");
             Some(format!(
                 "<button type=\"button\" class=\"thumbnail\" data-row=\"{index}\"><img src=\"{}\" alt=\"Error map of row {}\" \
                  loading=\"lazy\" width=\"{}\" height=\"{}\"><span>#{} {}</span><span class=\"value\">{error}</span></button>",
@@ -346,7 +345,10 @@ fn picture_data(part: &Part) -> Value {
     };
     let best = rows
         .iter()
-        .filter_map(|&(index, row)| Some((row.errors.final_flip.or(row.errors.indirect_rel_mse)?, index)))
+        .filter_map(|&(index, row)| {
+            let error = |id| row.errors.get(id);
+            Some((error(MetricId::FinalFlip).or(error(MetricId::IndirectRelMse))?, index))
+        })
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .or(rows.last().map(|&(index, _)| (0.0, index)));
     json!({

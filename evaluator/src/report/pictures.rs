@@ -1,11 +1,11 @@
 //! The pictures of a report: those of one scene and kind share an exposure.
 
+use halflight_metrics::{error_map, relative_error};
 use halflight_native::images::{Image, Precision, Rgb, write_png, write_png_srgb8};
 use halflight_output::OutputFolder;
 use serde_json::Value;
 
 use crate::Error;
-use crate::metrics::{error_map, relative_error};
 
 /// The relative error that an error map shows in its brightest colour: 1 = wrong by as much as the truth itself.
 pub const FULL_SCALE: f32 = 1.0;

@@ -3,6 +3,8 @@
 //! Papers' times come from their own hardware, so they are compared by ratio: each row against the first row of its
 //! table.
 
+use halflight_renderer::invocation::parse_size;
+
 use crate::measurement::{Measurement, plain};
 
 /// A paper's table of times.
@@ -340,7 +342,7 @@ impl PublishedTable {
                         Some(_) if value.is_empty() => {}
                         Some(step) => row.steps.push((step.into(), value.parse().expect("a time is a number"))),
                         None if column == "gpu" => row.gpu = value.into(),
-                        None if column == "resolution" => row.resolution = crate::command::parse_size(value).ok(),
+                        None if column == "resolution" => row.resolution = parse_size(value).ok(),
                         None if value.is_empty() => {}
                         None => row.parameters.push((column.into(), value.into())),
                     }

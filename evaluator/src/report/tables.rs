@@ -1,7 +1,8 @@
 //! The tables of a report as data; [`super::markdown`] and [`super::html`] print them.
 
+use halflight_metrics::{Best, Metric};
+
 use super::grouping::{Group, last_segment};
-use super::measure::{Best, MEASURES, Measure};
 use super::published::{Claim, PublishedRow, PublishedTable, Share};
 use crate::format::number;
 use crate::measurement::{Measurement, plain};
@@ -114,11 +115,11 @@ pub fn results(group: &Group) -> Table {
         Box::new(mib),
         Some(Best::Lowest),
     ));
-    for Measure { name, unit, meaning, digits, best, value, .. } in &MEASURES {
-        let cell = move |row: &Measurement| Cell::number(value(row), *digits);
-        columns.push((Column::numeric(*name, unit, meaning), Box::new(cell), Some(*best)));
+    for metric in Metric::ranked() {
+        let cell = move |row: &Measurement| Cell::number(row.errors.get(metric.id), metric.digits);
+        columns.push((Column::numeric(metric.title, metric.unit, metric.meaning), Box::new(cell), Some(metric.best)));
     }
-    let caption = "Times are medians over the frames; errors are against path-traced truth, sky left out. Bold: best of the column.";
+    let caption = "Times are medians over the frames; errors are against the path-traced reference, sky left out. Bold: best of the column.";
     fill("Every configuration", caption, columns, group)
 }
 
@@ -136,12 +137,12 @@ pub fn passes(group: &Group) -> Option<Table> {
     Some(fill("Where the time goes", "Each pass, median over the frames.", columns, group))
 }
 
-/// Measures over time; None where no grid asked for them.
+/// Metrics over time; None where no grid asked for them.
 pub fn temporal(group: &Group) -> Option<Table> {
     if group.rows.iter().all(|(_, row)| row.temporal.is_empty()) {
         return None;
     }
-    let measure = |name: &str, unit: &str, meaning: &str, value: fn(&Temporal) -> Option<f64>| -> Filled {
+    let metric = |name: &str, unit: &str, meaning: &str, value: fn(&Temporal) -> Option<f64>| -> Filled {
         (
             Column::numeric(name, unit, meaning),
             Box::new(move |row| Cell::number(value(&row.temporal), 3)),
@@ -150,25 +151,25 @@ pub fn temporal(group: &Group) -> Option<Table> {
     };
     let mut columns = configuration_columns(group);
     columns.extend([
-        measure(
+        metric(
             "still deviation",
             "radiance",
             "standard deviation at a pixel over frames, camera and scene still",
             |t| t.still_std,
         ),
-        measure(
+        metric(
             "ghost half-life",
             "frames",
             "until half of the old light is gone after everything that moves jumped",
             |t| t.ghost_half_life,
         ),
-        measure(
+        metric(
             "recovery",
             "frames",
             "until surfaces that the jump uncovered are within a quarter of their final error",
             |t| t.recover,
         ),
-        measure(
+        metric(
             "error on the path",
             "radiance",
             "RMS from the average of unfiltered frames, along the scene's moves",

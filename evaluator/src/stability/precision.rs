@@ -1,6 +1,7 @@
 //! Shaders against their double-precision twins on the same inputs, and what each storage format costs in accuracy.
 
 use glam::DVec3;
+use halflight_metrics::percentile;
 use halflight_native::images::luminance;
 use halflight_renderer::{
     UniformValue,
@@ -23,7 +24,6 @@ use super::{
 use crate::{
     Error,
     session::{Frames, Request, Session},
-    statistics::percentile,
 };
 
 const GROUP: &str = "precision";

@@ -1,7 +1,7 @@
 //! One step of the application: sides, exposure, truth and errors in line with the state, as far as the device is ready.
 
 use eframe::egui;
-use halflight_renderer::tone::auto_exposure;
+use halflight_metrics::tone::auto_exposure;
 use web_time::{Duration, Instant};
 
 use super::{REST, Viewer};

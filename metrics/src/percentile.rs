@@ -1,4 +1,4 @@
-//! Order statistics that timings and errors share.
+//! Order statistics of errors and of times.
 
 /// The value below which the share `fraction` (0..=1) of `values` lies, with linear interpolation between ranks (the
 /// default of NumPy and R). NaN when `values` is empty. Reorders `values`.

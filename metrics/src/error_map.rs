@@ -1,20 +1,18 @@
-//! Pictures of an error.
+//! Error maps.
 
 use std::sync::OnceLock;
 
-use halflight_renderer::error::{relative_floor, relative_square};
-
-use super::{Rgb, mean};
+use crate::{Rgb, mean, relative_floor, relative_square};
 
 /// Relative error per pixel: the square root of the pixel's share of relMSE, `sqrt(mean over channels of
-/// (x - t)^2 / (t^2 + 0.01 m^2))`. 1 = wrong by as much as the truth itself.
-pub fn relative_error(image: &[Rgb], truth: &[Rgb], mask: Option<&[bool]>) -> Vec<f32> {
-    let floor = relative_floor(mean(truth, mask));
-    let term = |(&value, &truth): (&f32, &f32)| relative_square(f64::from(value), f64::from(truth), floor);
+/// (x - t)^2 / (t^2 + 0.01 m^2))`. 1 means an error as large as the reference itself.
+pub fn relative_error(image: &[Rgb], reference: &[Rgb], mask: Option<&[bool]>) -> Vec<f32> {
+    let floor = relative_floor(mean(reference, mask));
+    let term = |(&value, &reference): (&f32, &f32)| relative_square(f64::from(value), f64::from(reference), floor);
     image
         .iter()
-        .zip(truth)
-        .map(|(pixel, truth)| (pixel.iter().zip(truth).map(term).sum::<f64>() / 3.0).sqrt() as f32)
+        .zip(reference)
+        .map(|(pixel, reference)| (pixel.iter().zip(reference).map(term).sum::<f64>() / 3.0).sqrt() as f32)
         .collect()
 }
 

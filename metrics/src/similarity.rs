@@ -4,18 +4,18 @@
 //! non-overlapping 8x8 blocks and sums where Wang et al. average (so its constants weigh 64 times less), and `dssim`
 //! is a different multi-scale measure under the AGPL.
 
-use super::{Rgb, counted_pairs, masked_mean};
+use crate::{Rgb, counted_samples, masked_mean};
 
 /// Peak signal-to-noise ratio, dB, of display values (peak 1), over pixels and channels. Infinite for equal images.
-pub fn psnr_db(shown: &[Rgb], shown_truth: &[Rgb], mask: Option<&[bool]>) -> f64 {
-    let (sum, count) = counted_pairs(shown, shown_truth, mask)
-        .fold((0.0, 0u64), |(sum, count), (value, truth)| (sum + (value - truth).powi(2), count + 1));
+pub fn psnr_db(shown: &[Rgb], shown_reference: &[Rgb], mask: Option<&[bool]>) -> f64 {
+    let (sum, count) = counted_samples(shown, shown_reference, mask)
+        .fold((0.0, 0u64), |(sum, count), (value, reference)| (sum + (value - reference).powi(2), count + 1));
     -10.0 * (sum / count as f64).log10()
 }
 
 /// Mean of [`ssim_map`] over the pixels that count.
-pub fn ssim(shown: &[Rgb], shown_truth: &[Rgb], width: u32, mask: Option<&[bool]>) -> f64 {
-    masked_mean(&ssim_map(shown, shown_truth, width), mask)
+pub fn ssim(shown: &[Rgb], shown_reference: &[Rgb], width: u32, mask: Option<&[bool]>) -> f64 {
+    masked_mean(&ssim_map(shown, shown_reference, width), mask)
 }
 
 /// Radius of the 11x11 window and standard deviation of its Gaussian, in pixels (Wang et al. 2004, section III-C).
@@ -29,9 +29,9 @@ const C2: f64 = 0.03 * 0.03;
 ///
 /// At the border the window is cut and its weights are normalised again, so that an image of any size has a value at
 /// every pixel (the authors' program leaves a border of 5 pixels out).
-pub fn ssim_map(shown: &[Rgb], shown_truth: &[Rgb], width: u32) -> Vec<f32> {
+pub fn ssim_map(shown: &[Rgb], shown_reference: &[Rgb], width: u32) -> Vec<f32> {
     let luma = |pixels: &[Rgb]| pixels.iter().map(|&pixel| display_luma(pixel)).collect::<Vec<f64>>();
-    let (x, y) = (luma(shown), luma(shown_truth));
+    let (x, y) = (luma(shown), luma(shown_reference));
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).collect::<Vec<f64>>();
     let window = Window::new(width as usize);
     let [mean_x, mean_y, xx, yy, xy] =

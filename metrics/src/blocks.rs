@@ -1,6 +1,6 @@
 //! Comparing images that both carry noise: over blocks, where it averages out.
 
-use super::Rgb;
+use crate::{LinearPair, Rgb, mean, rmse};
 
 /// Means over blocks of `n x n` pixels (smaller at the right and lower border), rows of blocks from the top. Within a
 /// block only the pixels that count are averaged; a block without one is left out.
@@ -29,6 +29,5 @@ pub fn block_mean(image: &[Rgb], width: u32, n: u32, mask: Option<&[bool]>) -> V
 /// # Panics
 /// If the sizes differ.
 pub fn relative_rmse(a: &[Rgb], b: &[Rgb]) -> f64 {
-    let errors = super::linear_errors(a, b, None);
-    errors.rmse / super::mean(b, None)
+    rmse(&LinearPair::new(a, b, None)) / mean(b, None)
 }

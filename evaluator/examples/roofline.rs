@@ -14,7 +14,7 @@ use std::{path::PathBuf, process::ExitCode};
 use clap::Parser;
 use halflight_evaluator::{
     Error,
-    session::{Frames, Request, Session, open_adapter, open_scene},
+    experiment::session::{Frames, Request, Session, open_adapter, open_scene},
     statistics::percentile,
 };
 use halflight_native::{NativeGpu, images::Rgb};

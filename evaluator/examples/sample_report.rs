@@ -3,10 +3,11 @@
 
 use std::error::Error;
 
-use halflight_evaluator::measurement::{Measurement, Timing};
+use halflight_evaluator::experiment::measurement::{Measurement, Timing};
 use halflight_evaluator::report::{Pictures, Report};
 use halflight_metrics::{DisplayPair, LinearPair, MetricId, Rgb, Values};
 use halflight_native::images::{auto_exposure, tone_map_all};
+use halflight_renderer::invocation::Invocation;
 use halflight_output::{OutputFolder, terminal};
 use serde_json::{Map, Value, json};
 
@@ -30,6 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         title: "Hierarchical SSIL over start resolution, levels and samples".into(),
         summary: "Made-up figures: this page shows the layout of a report, not a measurement.".into(),
         command: "cargo run -p halflight-evaluator --example sample_report -- FOLDER".into(),
+        references: Vec::new(),
         warnings: vec!["thorn_mask.png is missing; the material \"leaf\" is drawn in grey.".into()],
         measurements,
     }
@@ -153,9 +155,15 @@ impl Court {
             memory_bytes: u64::from(WIDTH * HEIGHT) * (16 + 48 / u64::from(block) * u64::from(levels)),
             errors,
             preset: "soler2009_fig6".into(),
-            command: format!(
-                "evaluator render --scene scenes/atrium.toml --technique hierarchical --set hierarchical.start_resolution={start} --set hierarchical.levels={levels} --set hierarchical.samples={samples} --size {WIDTH}x{HEIGHT} --out {name}.exr"
-            ),
+            command: Invocation::evaluator("render")
+                .option("scene", "scenes/atrium.toml")
+                .option("technique", "hierarchical")
+                .option("set", format_args!("hierarchical.start_resolution={start}"))
+                .option("set", format_args!("hierarchical.levels={levels}"))
+                .option("set", format_args!("hierarchical.samples={samples}"))
+                .size([WIDTH, HEIGHT])
+                .option("out", format_args!("{name}.exr"))
+                .to_string(),
             images,
             ..adapter()
         };

@@ -3,17 +3,12 @@
 pub mod command;
 pub mod compare;
 pub mod error;
+pub mod experiment;
 pub mod explain;
 mod format;
-pub mod grid;
-pub mod measurement;
 pub mod plan_graph;
 pub mod progress;
 pub mod report;
-pub mod run;
-pub mod session;
 pub mod stability;
-pub mod temporal;
-pub mod truth;
 
 pub use error::Error;

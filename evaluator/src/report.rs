@@ -10,26 +10,25 @@ use halflight_native::files::write_whole;
 use halflight_output::OutputFolder;
 
 use crate::Error;
-use crate::measurement::{self, Measurement};
+use crate::experiment::measurement::{self, Measurement};
 
-pub mod chart;
+pub mod document;
 mod grouping;
-mod html;
-pub(crate) mod markdown;
+mod page;
 mod pareto;
 mod pictures;
 mod plots;
 mod published;
-pub(crate) mod simple_page;
 mod slice;
 mod strip;
-pub(crate) mod tables;
+mod tables;
 mod trade;
 
 pub use pareto::frontier;
 pub use pictures::{FULL_SCALE, Pictures};
 pub use published::{PublishedTable, TABLES as PUBLISHED_TABLES};
 
+use document::{markdown, table::Table};
 use grouping::{Group, groups};
 
 /// Everything that a report folder says.
@@ -41,6 +40,8 @@ pub struct Report {
     pub summary: String,
     /// Command that reproduces the whole run.
     pub command: String,
+    /// Commands that trace what the rows are measured against.
+    pub references: Vec<String>,
     /// What went not quite as it should: stand-in textures, clamped values, unconverged truth.
     pub warnings: Vec<String>,
     /// One row a cell.
@@ -48,6 +49,9 @@ pub struct Report {
 }
 
 impl Report {
+    /// Files of every report; plots and pictures are added to them.
+    pub const FILES: [&str; 4] = ["results.json", "results.csv", "tables.md", "index.html"];
+
     /// Writes the folder. Files of an earlier report are replaced; pictures are not touched. May be called after every
     /// cell of a long run.
     ///
@@ -63,7 +67,7 @@ impl Report {
             write_text(&folder.claim(&format!("plots/{}.svg", plot.file))?, &plot.drawing.file())?;
         }
         write_text(&folder.claim("tables.md")?, &self.markdown(&parts))?;
-        write_text(&folder.claim("index.html")?, &html::page(self, &parts))
+        write_text(&folder.claim("index.html")?, &page::report_page(self, &parts))
     }
 
     fn markdown(&self, parts: &[Part]) -> String {
@@ -105,7 +109,8 @@ impl Report {
             ("Timed frames each", self.frames()),
             ("Command", self.command.clone()),
         ];
-        facts.into_iter().filter(|(_, value)| !value.is_empty()).collect()
+        let references = self.references.iter().map(|command| ("Reference", command.clone()));
+        facts.into_iter().chain(references).filter(|(_, value)| !value.is_empty()).collect()
     }
 
     fn frames(&self) -> String {
@@ -156,11 +161,11 @@ struct Part<'a> {
     trades: Vec<trade::Trade>,
     remark: Option<String>,
     slice: Option<slice::Slice>,
-    results: tables::Table,
-    temporal: Option<tables::Table>,
-    passes: Option<tables::Table>,
-    published: Vec<tables::Table>,
-    commands: Option<tables::Table>,
+    results: Table,
+    temporal: Option<Table>,
+    passes: Option<Table>,
+    published: Vec<Table>,
+    commands: Option<Table>,
     error_over_samples: Vec<plots::Named>,
     cost_per_pass: Option<plots::Named>,
 }
@@ -200,7 +205,7 @@ impl<'a> Part<'a> {
     }
 
     /// Those of tables.md: the frontier by what a viewer sees and by what the light's own error is.
-    fn tables(&self) -> impl Iterator<Item = &tables::Table> {
+    fn tables(&self) -> impl Iterator<Item = &Table> {
         let Self { slice, trades, results, temporal, passes, published, commands, .. } = self;
         let headline = |trade: &&trade::Trade| trade.metric.headline;
         let slice = slice.iter().map(|slice| &slice.table);
@@ -219,11 +224,6 @@ impl<'a> Part<'a> {
 
 fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     write_whole(path, |file| file.write_all(text.as_bytes())).map_err(|error| Error::unwritable(path, error))
-}
-
-/// Text for the content or a quoted attribute of an HTML or SVG element.
-pub(crate) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

@@ -13,8 +13,8 @@ use std::{path::PathBuf, process::ExitCode};
 use clap::{Parser, Subcommand};
 use halflight_evaluator::{
     Error,
-    session::{Frames, Session, open_scene},
-    truth,
+    experiment::session::{Frames, Session, open_scene},
+    experiment::reference,
 };
 use halflight_metrics::{LinearPair, Rgb, bias, mean, p95_abs, percentile, rmse};
 use halflight_renderer::invocation::parse_size;
@@ -286,7 +286,7 @@ fn tables(args: &Args, session: &Session) -> Result<(), Error> {
 fn occlusion(args: &Args, session: &Session) -> Result<(), Error> {
     let request_truth =
         TruthRequest { ambient_occlusion: Some(args.radius), ..TruthRequest::new(session.scene.camera, args.size) };
-    let truth = truth::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
+    let truth = reference::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
     let Some(open) = &truth.ambient_occlusion else { return Err(Error::Failed("the truth has no openness".into())) };
     let reference: Vec<Rgb> = open.mean.iter().map(|&v| [v; 3]).collect();
     let mask: Vec<bool> = truth.depth.iter().map(|&depth| depth > 0.0).collect();
@@ -325,7 +325,7 @@ fn occlusion(args: &Args, session: &Session) -> Result<(), Error> {
 fn light(args: &Args, session: &Session) -> Result<(), Error> {
     let request_truth =
         TruthRequest { bounce1: true, on_screen: true, ..TruthRequest::new(session.scene.camera, args.size) };
-    let truth = truth::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
+    let truth = reference::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
     let (Some(all), Some(seen)) = (&truth.bounce1, &truth.on_screen) else {
         return Err(Error::Failed("the truth has no first bounce".into()));
     };
@@ -353,7 +353,7 @@ fn light(args: &Args, session: &Session) -> Result<(), Error> {
     rows.push(("horizon, 1 slice".into(), "horizon", thickness("0.2")[2..].to_vec()));
     let mut rays = f64::NAN;
     for (name, technique, settings) in rows {
-        let request = halflight_evaluator::session::Request {
+        let request = halflight_evaluator::experiment::session::Request {
             direct: Some(&truth.direct),
             ..request(technique, &settings, args.size)
         };
@@ -383,7 +383,7 @@ fn bounces(args: &Args, session: &Session) -> Result<(), Error> {
     let mut first = f64::NAN;
     for bounces in [1, 2, 3, 8] {
         let request_truth = TruthRequest { bounces, ..TruthRequest::new(session.scene.camera, args.size) };
-        let truth = truth::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
+        let truth = reference::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
         let mask: Vec<bool> = truth.depth.iter().map(|&depth| depth > 0.0).collect();
         let found = truth.indirect.map_or(f64::NAN, |light| mean(&light.mean, Some(&mask)));
         first = if bounces == 1 { found } else { first };

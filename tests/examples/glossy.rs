@@ -11,8 +11,8 @@ use std::process::ExitCode;
 use clap::Parser;
 use halflight_evaluator::{
     Error,
-    session::{Request, Session},
-    truth,
+    experiment::session::{Request, Session},
+    experiment::reference,
 };
 use halflight_metrics::{LinearPair, Rgb, mean, percentile, rel_mse, rmse};
 use halflight_renderer::PassTime;
@@ -119,7 +119,7 @@ fn errors(args: &Args) -> Result<(), Error> {
         let scene = polished(exponent);
         let session = Session::new(device(), &scene);
         let request_of_truth = TruthRequest { glossy: true, ..TruthRequest::new(scene.camera, args.size) };
-        let traced = truth::trace(device(), &scene, &request_of_truth, Stop::at_samples(args.truth_samples))?.truth;
+        let traced = reference::trace(device(), &scene, &request_of_truth, Stop::at_samples(args.truth_samples))?.truth;
         let glossy = traced.glossy.unwrap_or_default();
         let mask: Vec<bool> = glossy.mean.iter().map(|pixel| pixel[0] > 0.0).collect();
         let truth_mean = mean(&glossy.mean, Some(&mask));

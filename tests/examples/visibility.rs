@@ -12,8 +12,8 @@ use clap::Parser;
 use glam::{Mat4, Vec3, Vec3A};
 use halflight_evaluator::{
     Error,
-    session::{Request, Session, open_scene},
-    truth,
+    experiment::session::{Request, Session, open_scene},
+    experiment::reference,
 };
 use halflight_metrics::{LinearPair, Rgb, bias, mean, rel_mse, rmse};
 use halflight_renderer::{
@@ -96,7 +96,7 @@ fn kinds(session: &Session) -> impl Iterator<Item = (&'static str, &'static str)
 
 fn errors(args: &Args, session: &Session) -> Result<(), Error> {
     let request = TruthRequest { bounces: 1, ..TruthRequest::new(session.scene.camera, args.size) };
-    let truth = truth::trace(device(), session.scene, &request, Stop::at_samples(args.truth_samples))?.truth;
+    let truth = reference::trace(device(), session.scene, &request, Stop::at_samples(args.truth_samples))?.truth;
     let Some(bounce) = &truth.indirect else { return Err(Error::Failed("the truth has no first bounce".into())) };
     let lit = |light: &[Rgb]| -> Vec<Rgb> {
         truth.albedo.iter().zip(light).map(|(a, l)| std::array::from_fn(|c| a[c] * l[c])).collect()

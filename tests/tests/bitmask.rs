@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use halflight_evaluator::{
-    session::{Frames, Session},
+    experiment::session::{Frames, Session},
     stability::corner::{corner, seen_of_the_other},
 };
 use halflight_native::{images::Rgb, truth::TruthSource};

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::Vec3;
-use halflight_evaluator::session::Session;
-use halflight_evaluator::truth::trace;
+use halflight_evaluator::experiment::session::Session;
+use halflight_evaluator::experiment::reference::trace;
 use halflight_renderer::{
     SceneFacts, plan_frame,
     truth::{Request, Stop},

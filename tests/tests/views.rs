@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::Vec3;
-use halflight_evaluator::session::Session;
+use halflight_evaluator::experiment::session::Session;
 use halflight_metrics::{LinearPair, rmse};
 use halflight_native::{images::Rgb, truth::TruthSource};
 use halflight_renderer::{

@@ -7,12 +7,16 @@ use halflight_native::cache::Cache;
 use halflight_output::terminal;
 
 use super::{SceneArgs, TechniqueArgs, print_json, print_warnings};
-use halflight_renderer::invocation::parse_size;
+use halflight_renderer::invocation::{Invocation, parse_size};
+use halflight_renderer::parameters::Settings;
 
 use crate::{
     Error,
+    experiment::{
+        COMMIT,
+        session::{open_adapter, open_scene},
+    },
     explain::{Explanation, Options},
-    session::{open_adapter, open_scene},
 };
 
 #[derive(Args)]
@@ -47,6 +51,22 @@ pub(super) struct ExplainArgs {
     json: bool,
 }
 
+impl ExplainArgs {
+    /// The command that finds the same figures, with the settings of a preset written out.
+    fn invocation(&self, technique: &str, settings: &Settings) -> Invocation {
+        Invocation::evaluator("explain")
+            .option("scene", self.scene.scene.display())
+            .technique(technique, settings)
+            .size(self.size)
+            .option("frames", self.frames)
+            .option("samples-per-pixel", self.samples_per_pixel)
+            .option("direct", &self.direct)
+            .option_unless("seed", self.seed, 0)
+            .option_unless("adapter", self.adapter.as_str(), "any")
+            .option_if("out", self.out.as_ref().map(|out| out.display()))
+    }
+}
+
 pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
     let (technique, settings) = args.technique.resolve()?;
     let scene = open_scene(&args.scene.scene)?;
@@ -70,6 +90,7 @@ pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
     let [width, height] = args.size;
     let settings: Vec<String> = options.settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let facts = [
+        ("Command", args.invocation(technique.name, &options.settings).to_string()),
         ("Scene", scene.name.clone()),
         ("Size", format!("{width}x{height}")),
         ("Technique", technique.name.to_owned()),
@@ -79,7 +100,7 @@ pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
         ("Samples a pixel of the truth", args.samples_per_pixel.to_string()),
         ("Seed", args.seed.to_string()),
         ("Adapter", native.info.name.clone()),
-        ("Commit", crate::run::COMMIT.to_owned()),
+        ("Commit", COMMIT.to_owned()),
     ];
     let written = args.out.as_ref().map_or(Ok(()), |folder| {
         explanation.write(folder, &facts)?;

@@ -9,7 +9,7 @@ use halflight_output::{OutputFolder, terminal};
 use super::print_json;
 use crate::{
     Error,
-    session::open_adapter,
+    experiment::session::open_adapter,
     stability::{Options, Suite, Table, faults, fuzz, mutations, random},
 };
 
@@ -77,7 +77,7 @@ pub(super) fn main(args: &StabilityArgs) -> Result<(), Error> {
     let facts = [
         ("Command", std::env::args().skip(1).fold("evaluator".to_owned(), |all, word| all + " " + &word)),
         ("Adapter", format!("{} ({} {})", native.info.name, native.info.driver, native.info.driver_info)),
-        ("Commit", crate::run::COMMIT.to_owned()),
+        ("Commit", crate::experiment::COMMIT.to_owned()),
         ("Settings", table.covered.iter().map(covered).collect::<Vec<_>>().join("; ")),
         ("Time", format!("{:.0} s", start.elapsed().as_secs_f64())),
     ];
@@ -98,7 +98,7 @@ pub(super) fn main(args: &StabilityArgs) -> Result<(), Error> {
 
 fn prove(args: &StabilityArgs) -> Result<(), Error> {
     let all = mutations::run(&AdapterChoice::from(args.adapter.as_str()), |_| true, args.quick)?;
-    let text = crate::report::markdown::table(&mutations::table(&all), 2);
+    let text = crate::report::document::markdown::table(&mutations::table(&all), 2);
     if let Some(folder) = &args.out {
         let path = OutputFolder::open(folder).claim("mutations.md")?;
         write_whole(&path, |file| file.write_all(text.as_bytes()))

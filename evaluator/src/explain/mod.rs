@@ -34,7 +34,7 @@ use crate::{
     Error,
     format::number,
     progress::Progress,
-    session::{Frames, Request, Session},
+    experiment::session::{Frames, Request, Session},
 };
 
 mod advice;

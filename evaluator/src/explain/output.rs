@@ -13,10 +13,10 @@ use super::{Explanation, LinkRow, Uncertain};
 use crate::{
     Error,
     format::number,
-    report::{
+    report::document::{
         chart::{Bars, Drawing, Segment},
-        simple_page,
-        tables::{Cell, Column, Table, TableRow},
+        markdown, simple_page,
+        table::{Cell, Column, Table, TableRow},
     },
 };
 
@@ -68,7 +68,7 @@ pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static
         let _ = writeln!(markdown, "- {name}: {value}");
     }
     markdown += "\n![Links](plots/links.svg)\n\n";
-    tables.iter().for_each(|table| markdown += &crate::report::markdown::table(table, 2));
+    tables.iter().for_each(|table| markdown += &markdown::table(table, 2));
     let _ = writeln!(markdown, "{scale_note}\n");
     pictures.iter().for_each(|(name, path)| {
         let _ = writeln!(markdown, "![{name}]({path})");

@@ -3,12 +3,12 @@
 use halflight_metrics::{Best, Metric, Plotted};
 use serde_json::Value;
 
-use super::chart::{Axis, Bars, Drawing, Line, MARKERS, Marker, Plot, Point, Segment, Series, Spacing};
+use super::document::chart::{Axis, Bars, Drawing, Line, MARKERS, Marker, Plot, Point, Segment, Series, Spacing};
 use super::grouping::{Group, is_baseline, last_segment, value_label};
 use super::pareto::frontier;
 use super::tables::pass_names;
 use crate::format::number;
-use crate::measurement::Measurement;
+use crate::experiment::measurement::Measurement;
 
 /// A drawing with the name of its file (without folder and `.svg`) and of its choice where several stand in one place.
 pub struct Named {

@@ -5,7 +5,7 @@ use halflight_metrics::MetricId;
 
 use super::grouping::{Group, last_segment};
 use crate::format::number;
-use crate::measurement::{Measurement, plain};
+use crate::experiment::measurement::{Measurement, plain};
 
 /// Pictures side by side.
 #[derive(Debug)]
@@ -104,7 +104,7 @@ mod tests {
                 .as_object()
                 .cloned()
                 .unwrap_or_default(),
-            errors: crate::measurement::Errors { occlusion_rmse: Some(rmse), ..Default::default() },
+            errors: crate::experiment::measurement::Errors { occlusion_rmse: Some(rmse), ..Default::default() },
             ..Measurement::default()
         };
         let mut rows = vec![row("gtao", 1, 0.2), row("gtao", 2, 0.3), row("bitmask", 1, 0.1), row("bitmask", 2, 0.25)];

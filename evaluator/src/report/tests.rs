@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 use serde_json::json;
 
-use super::tables::Table;
+use super::document::table::Table;
 use super::*;
 
 /// A cell of the 2009 grid whose gather costs 1 ms a sample and four times that at half resolution.

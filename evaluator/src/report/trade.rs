@@ -5,9 +5,9 @@ use halflight_metrics::{Metric, MetricId, Plotted};
 use super::grouping::{Group, is_baseline};
 use super::pareto::frontier;
 use super::plots::{self, Named};
-use super::tables::{Cell, Column, Table, TableRow};
+use super::document::table::{Cell, Column, Table, TableRow};
 use crate::format::{number, percent};
-use crate::measurement::Measurement;
+use crate::experiment::measurement::Measurement;
 
 /// Time against one metric.
 pub struct Trade {

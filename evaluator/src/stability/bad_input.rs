@@ -8,7 +8,7 @@ use halflight_renderer::{parameters::Settings, preset::Preset};
 use halflight_scenes::{MemoryFiles, Scene, load_scene};
 
 use super::{Check, Suite};
-use crate::grid::Grid;
+use crate::experiment::grid::Grid;
 
 const GROUP: &str = "bad input";
 

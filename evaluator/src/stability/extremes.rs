@@ -14,7 +14,7 @@ use halflight_scenes::{CameraKeyframe, Keyframe, Light, Material, MemoryFiles, M
 use super::{Check, Suite, bounces, scenes, switches, with_small_shadows, words};
 use crate::{
     Error,
-    session::{Frames, Request, Session},
+    experiment::session::{Frames, Request, Session},
 };
 
 /// What a row expects of light.

@@ -18,7 +18,7 @@ use halflight_renderer::preset::Preset;
 use halflight_scenes::{Light, MemoryFiles, Scene, load_scene};
 
 use super::{oracle::Random, panic_words};
-use crate::{Error, grid::Grid, progress::Progress};
+use crate::{Error, experiment::grid::Grid, progress::Progress};
 
 /// A reader and a file that it takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

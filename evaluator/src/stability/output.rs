@@ -9,10 +9,10 @@ use super::{Check, Table};
 use crate::{
     Error,
     format::number,
-    report::{
+    report::document::{
         chart::{Bars, Drawing, Segment},
         markdown, simple_page,
-        tables::{Cell, Column, Table as Printed, TableRow},
+        table::{Cell, Column, Table as Printed, TableRow},
     },
 };
 

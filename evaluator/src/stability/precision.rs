@@ -23,7 +23,7 @@ use super::{
 };
 use crate::{
     Error,
-    session::{Frames, Request, Session},
+    experiment::session::{Frames, Request, Session},
 };
 
 const GROUP: &str = "precision";

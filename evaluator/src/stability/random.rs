@@ -26,7 +26,7 @@ use super::{panic_words, scenes, switches, with_small_shadows};
 use crate::{
     Error,
     progress::Progress,
-    session::{Request, Session},
+    experiment::session::{Request, Session},
 };
 
 /// A configuration as plain numbers.

@@ -11,7 +11,7 @@ use halflight_renderer::{
 use wgpu::TextureFormat;
 
 use super::oracle::{GBuffer, Pixel, Random};
-use crate::session::{Frames, Session};
+use crate::experiment::session::{Frames, Session};
 
 /// Slices of a column.
 const SLICES: f64 = 128.0;

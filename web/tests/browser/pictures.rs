@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use halflight_evaluator::session::{Request, Session, open_adapter};
+use halflight_evaluator::experiment::session::{Request, Session, open_adapter};
 use halflight_metrics::{flip_map, masked_mean};
 use halflight_native::images::{auto_exposure, tone_map_all};
 use halflight_renderer::techniques::technique;

@@ -1,8 +1,8 @@
-//! tables.md.
+//! Tables as Markdown.
 
 use std::fmt::Write as _;
 
-use super::tables::{Cell, Column, Kind, Table};
+use super::table::{Cell, Column, Kind, Table};
 
 /// A table as GitHub-flavoured Markdown under a heading of `level`.
 pub fn table(table: &Table, level: usize) -> String {

@@ -11,8 +11,8 @@ use halflight_native::files::write_whole;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use super::temporal::Temporal;
 use crate::Error;
-use crate::temporal::Temporal;
 
 /// One row of results.csv.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -8,10 +8,8 @@ use halflight_renderer::{
 use halflight_scenes::{Keyframe, Motion, Moves, Scene};
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    Error,
-    session::{Frames, Request, Session},
-};
+use super::session::{Frames, Request, Session};
+use crate::Error;
 
 /// Columns of results.csv that only a grid with `temporal = true` has; None = there is nothing to measure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

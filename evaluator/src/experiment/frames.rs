@@ -3,49 +3,59 @@
 use halflight_native::{NativeGpu, images::Rgb};
 use halflight_renderer::{
     plan::Part,
+    scan::Scanned,
     truth::{Request as TruthRequest, Stop},
 };
 use halflight_scenes::Scene;
 
-use crate::{Error, grid::Grid, measurement::Timing, session::Frames, truth};
+use super::{grid::Grid, measurement::Timing, reference, session::Frames};
+use crate::Error;
 
-/// The path tracer's openness.
+/// The path tracer's ambient visibility.
 #[derive(Clone)]
-pub(super) struct OcclusionTruth {
+pub(super) struct OcclusionReference {
     pub(super) radius: f32,
     pub(super) mean: Vec<f32>,
     pub(super) rel_error: f64,
 }
 
-/// Openness within a radius: as precise as the grid's truth, traced once for all cells that ask for it.
-pub(super) fn occlusion_truth(
+impl OcclusionReference {
+    /// As a grey image.
+    pub(super) fn image(&self) -> Vec<Rgb> {
+        self.mean.iter().map(|&v| [v; 3]).collect()
+    }
+}
+
+/// Ambient visibility within a radius: as precise as the grid's reference, traced once for all cells that ask for it.
+pub(super) fn occlusion_reference(
     native: &NativeGpu,
     scene: &Scene,
     grid: &Grid,
     size: [u32; 2],
     radius: f32,
-    known: &mut Vec<OcclusionTruth>,
-) -> Result<OcclusionTruth, Error> {
-    if let Some(truth) = known.iter().find(|truth| truth.radius == radius) {
-        return Ok(truth.clone());
+    known: &mut Vec<OcclusionReference>,
+) -> Result<OcclusionReference, Error> {
+    if let Some(traced) = known.iter().find(|known| known.radius == radius) {
+        return Ok(traced.clone());
     }
     let request =
         TruthRequest { ambient_occlusion: Some(radius), seed: grid.seed, ..TruthRequest::new(scene.camera, size) };
     let stop = Stop { samples_per_pixel: grid.truth_samples, rel_error: Some(grid.truth_rel_error), error_block: 8 };
-    let traced = truth::trace(native, scene, &request, stop)?;
+    let traced = reference::trace(native, scene, &request, stop)?;
     let mean = traced.truth.ambient_occlusion.map(|estimate| estimate.mean).unwrap_or_default();
-    let truth = OcclusionTruth { radius, mean, rel_error: traced.rel_error };
-    known.push(truth.clone());
-    Ok(truth)
+    let reference = OcclusionReference { radius, mean, rel_error: traced.rel_error };
+    known.push(reference.clone());
+    Ok(reference)
 }
 
-/// What a frame shows: final radiance, `albedo * indirect`, `indirect` itself, and openness where the technique finds it.
+/// What a frame shows: final radiance, `albedo * indirect`, `indirect` itself, and ambient visibility where the technique
+/// finds it.
 pub(super) struct Shown {
     pub(super) image: Vec<Rgb>,
     pub(super) indirect: Vec<Rgb>,
     pub(super) incident: Vec<Rgb>,
     pub(super) open: Option<Vec<Rgb>>,
-    /// Whether there is light beside openness.
+    /// Whether there is light besides ambient visibility.
     pub(super) lit: bool,
 }
 
@@ -63,13 +73,13 @@ impl Shown {
         Ok(Self { image, indirect, incident, open, lit })
     }
 
-    /// What errors and noise are those of.
+    /// The image that errors and noise are measured on.
     pub(super) fn measured(&self) -> &[Rgb] {
         self.open.as_ref().filter(|_| !self.lit).unwrap_or(&self.indirect)
     }
 }
 
-/// Deviation over frames under a still camera.
+/// Deviation over frames under a static camera.
 #[derive(Default)]
 pub(super) struct Noise {
     count: f64,
@@ -136,6 +146,25 @@ pub(super) fn time_frames(
     })
 }
 
+/// Fails where a texture or buffer of a plan holds NaN or infinity. The check runs on the device.
+///
+/// # Errors
+/// The texture or buffer and the number of bad values.
+pub fn check_textures(all: &[&Frames]) -> Result<(), Error> {
+    for frames in all {
+        for found in frames.scan()? {
+            if found.not_finite() > 0 {
+                let Scanned { name, values, nan, infinite, .. } = found;
+                return Err(Error::Failed(format!(
+                    "{name} holds {nan} NaN and {infinite} infinities among {values} values"
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// `albedo * light`, pixel by pixel.
 pub(super) fn modulate(albedo: &[Rgb], light: &[Rgb]) -> Vec<Rgb> {
     albedo.iter().zip(light).map(|(a, l)| std::array::from_fn(|c| a[c] * l[c])).collect()
 }

@@ -12,7 +12,7 @@ use super::{
     cell_file::CellFile,
     grid::{Cell, Grid},
     measurement::Measurement,
-    scene_runner::{SceneRunner, Subject},
+    scene_runner::{RunnerOptions, SceneRunner, Subject},
     session::open_scene,
 };
 use crate::{Error, progress::Progress, report::Report};
@@ -43,6 +43,7 @@ pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), 
     let folder = prepare_folder(options, total)?;
     let mut report = empty_report(grid, options, &scenes);
     let progress = Progress::new(&grid.name, total as u64);
+    let settings = RunnerOptions { check: options.check, adapter: options.command.value("adapter") };
     let mut number = 0;
     for (index, (path, scene)) in scenes.iter().enumerate() {
         for &size in &grid.sizes {
@@ -50,7 +51,7 @@ pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), 
             let still = scene.posed(0);
             let label = file_label(&scenes, index);
             let subject = Subject { path, label, still: &still, moving: scene, size };
-            let mut runner = SceneRunner::new(native, grid, options, &folder, subject);
+            let mut runner = SceneRunner::new(native, grid, settings, &folder, subject);
             report.references.extend(runner.reference_commands());
             for cell in &grid.cells {
                 let file = CellFile::new(&folder, number);

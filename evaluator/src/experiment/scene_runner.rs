@@ -31,7 +31,6 @@ use super::{
     grid::{Cell, Grid},
     measurement::Measurement,
     reference,
-    run::RunOptions,
     session::{Frames, Request, Session},
     temporal,
 };
@@ -54,11 +53,20 @@ pub(super) struct Subject<'a> {
     pub(super) size: [u32; 2],
 }
 
+/// How cells are measured.
+#[derive(Clone, Copy)]
+pub(super) struct RunnerOptions<'a> {
+    /// Check every texture of each cell for NaN and infinity.
+    pub(super) check: bool,
+    /// The adapter as the command line names it, for the commands of rows; `None` for any.
+    pub(super) adapter: Option<&'a str>,
+}
+
 /// Measures cells on one subject. The reference is traced when the first cell is measured.
 pub(super) struct SceneRunner<'a> {
     native: &'a NativeGpu,
     grid: &'a Grid,
-    options: &'a RunOptions<'a>,
+    options: RunnerOptions<'a>,
     folder: &'a OutputFolder,
     subject: Subject<'a>,
     /// Hash of the content of the scene.
@@ -93,7 +101,7 @@ impl<'a> SceneRunner<'a> {
     pub(super) fn new(
         native: &'a NativeGpu,
         grid: &'a Grid,
-        options: &'a RunOptions<'a>,
+        options: RunnerOptions<'a>,
         folder: &'a OutputFolder,
         subject: Subject<'a>,
     ) -> Self {
@@ -166,7 +174,7 @@ impl<'a> SceneRunner<'a> {
             .option_unless("seed", self.grid.seed, 0)
             .flag("glossy", occlusion_radius.is_none() && self.wants_gloss())
             .option_if("ambient-occlusion", occlusion_radius)
-            .option_if("adapter", self.options.command.value("adapter"))
+            .option_if("adapter", self.options.adapter)
             .option("out", out)
     }
 
@@ -179,7 +187,7 @@ impl<'a> SceneRunner<'a> {
             // The frames of a row show the first pose.
             .option_if("pose", (!moving.moves.is_empty()).then_some(0))
             .option_if("direct", self.grid.direct_from_truth.then_some("truth"))
-            .option_if("adapter", self.options.command.value("adapter"))
+            .option_if("adapter", self.options.adapter)
             .option("out", "frame.exr")
     }
 

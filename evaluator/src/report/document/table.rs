@@ -1,4 +1,4 @@
-//! A table as data; [`super::markdown`] and [`super::html`] print it.
+//! A table as data: printed as Markdown and as HTML by the modules beside this one.
 
 use crate::format::number;
 

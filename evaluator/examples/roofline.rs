@@ -15,17 +15,16 @@ use clap::Parser;
 use halflight_evaluator::{
     Error,
     experiment::session::{Frames, Request, Session, open_adapter, open_scene},
-    statistics::percentile,
 };
+use halflight_frame_graph::{FramePlan, Part, Pass, PassTime, ResourceId, ResourceKind};
+use halflight_metrics::percentile;
 use halflight_native::{NativeGpu, images::Rgb};
 use halflight_renderer::{
-    invocation::parse_size,
-    PassTime,
+    gi::Technique,
     parameters::{Settings, Value, check_settings},
-    plan::{FramePlan, Part, Pass, ResourceId, ResourceKind},
-    techniques::{Technique, hierarchical},
 };
 use halflight_scenes::{Camera, Scene};
+use halflight_techniques::{hierarchical, invocation::parse_size};
 use wgpu::TextureFormat;
 
 #[derive(Parser)]

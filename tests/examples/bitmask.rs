@@ -17,7 +17,7 @@ use halflight_evaluator::{
     experiment::reference,
 };
 use halflight_metrics::{LinearPair, Rgb, bias, mean, p95_abs, percentile, rmse};
-use halflight_renderer::invocation::parse_size;
+use halflight_techniques::invocation::parse_size;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_tests::{device, request};
 

@@ -14,10 +14,10 @@ use halflight_evaluator::{
     experiment::session::{Request, Session},
     experiment::reference,
 };
+use halflight_frame_graph::PassTime;
 use halflight_metrics::{LinearPair, Rgb, mean, percentile, rel_mse, rmse};
-use halflight_renderer::PassTime;
-use halflight_renderer::invocation::parse_size;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
+use halflight_techniques::invocation::parse_size;
 use halflight_tests::{device, request, scenes::polished};
 
 #[derive(Parser)]

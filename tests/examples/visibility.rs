@@ -17,11 +17,11 @@ use halflight_evaluator::{
 };
 use halflight_metrics::{LinearPair, Rgb, bias, mean, rel_mse, rmse};
 use halflight_renderer::{
-    invocation::parse_size,
     parameters::{Settings, Value},
     truth::{Request as TruthRequest, Stop},
 };
 use halflight_scenes::{Material, Scene, Texture};
+use halflight_techniques::invocation::parse_size;
 use halflight_tests::{
     device, known, oracle,
     voxels::{Grid, answered, answers, surfels_of},

@@ -6,8 +6,8 @@
 
 use halflight_evaluator::experiment::session::{Frames, Session};
 use halflight_native::images::luminance;
-use halflight_renderer::techniques::hierarchical::{Ring, covering_radius, ring_radii};
 use halflight_scenes::Scene;
+use halflight_techniques::hierarchical::{Ring, covering_radius, ring_radii};
 use halflight_tests::{bundled, device, mean_luminance, oracle::GBuffer, request, scenes};
 
 #[test]

@@ -23,7 +23,7 @@ fn every_row_of_a_quick_run_holds() {
         .collect();
     assert!(open.is_empty(), "{open:#?}");
     // Every technique that is listed was there.
-    for technique in halflight_renderer::techniques::TECHNIQUES {
+    for technique in halflight_techniques::TECHNIQUES {
         assert!(table.checks.iter().any(|check| check.technique == technique.name), "{}", technique.name);
     }
 }

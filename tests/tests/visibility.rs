@@ -3,8 +3,9 @@
 
 use glam::Vec3;
 use halflight_evaluator::experiment::session::Session;
-use halflight_renderer::{SceneFacts, plan_technique, techniques::TECHNIQUES};
+use halflight_renderer::{plan_technique, scene::SceneFacts};
 use halflight_scenes::Scene;
+use halflight_techniques::TECHNIQUES;
 use halflight_tests::{
     bundled, device, frames, known, mean_luminance, render, request, scenes, settings,
     voxels::{Grid, answered, answers, surfels_of},

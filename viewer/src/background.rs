@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use halflight_frame_graph::Gpu;
 use halflight_metrics::{LinearPair, rel_mse_with_floor, relative_floor, relative_square};
 use halflight_renderer::{
-    Gpu, SceneBuffers,
+    scene::SceneBuffers,
     truth::{Reading, Request, Stop, Trace, Tracer, Truth, TruthError},
 };
 use halflight_scenes::{Camera, Light};

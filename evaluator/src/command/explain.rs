@@ -7,7 +7,7 @@ use halflight_native::cache::Cache;
 use halflight_output::terminal;
 
 use super::{SceneArgs, TechniqueArgs, print_json, print_warnings};
-use halflight_renderer::invocation::{Invocation, parse_size};
+use halflight_techniques::invocation::{Invocation, parse_size};
 use halflight_renderer::parameters::Settings;
 
 use crate::{

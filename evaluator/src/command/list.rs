@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use halflight_output::terminal;
-use halflight_renderer::techniques::{TECHNIQUES, parameters_of};
+use halflight_techniques::{TECHNIQUES, parameters_of};
 use serde_json::json;
 
 use super::print_json;

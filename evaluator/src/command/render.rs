@@ -9,7 +9,7 @@ use halflight_native::{
     scene_hash::scene_hash,
 };
 use halflight_output::terminal;
-use halflight_renderer::invocation::{Invocation, parse_size};
+use halflight_techniques::invocation::{Invocation, parse_size};
 use halflight_renderer::parameters::Settings;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 
@@ -169,7 +169,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
 pub(super) fn plan(args: &PlanArgs) -> Result<(), Error> {
     let (technique, settings) = args.technique.resolve()?;
     let scene = open_scene(&args.scene.scene)?;
-    let facts = halflight_renderer::SceneFacts::of(&scene);
+    let facts = halflight_renderer::scene::SceneFacts::of(&scene);
     let plan = halflight_renderer::plan_frame(&facts, technique, &settings, args.size, Default::default())
         .map_err(|e| Error::BadInput(e.to_string()))?;
     if let Some(path) = &args.graph {

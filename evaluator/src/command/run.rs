@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use halflight_renderer::invocation::{Invocation, parse_size};
+use halflight_techniques::invocation::{Invocation, parse_size};
 
 use crate::{
     Error,

@@ -7,7 +7,7 @@ use halflight_native::{
     images::{Precision, auto_exposure, write_png},
     scene_hash::scene_hash,
 };
-use halflight_renderer::invocation::{Invocation, parse_size};
+use halflight_techniques::invocation::{Invocation, parse_size};
 use halflight_renderer::truth::{Request, Stop};
 
 use super::{SceneArgs, is_exr, print_warnings};

@@ -5,8 +5,9 @@ use std::{fs, path::Path};
 use halflight_metrics::MetricId;
 use halflight_native::NativeGpu;
 use halflight_output::OutputFolder;
-use halflight_renderer::{invocation::Invocation, parameters::Settings};
+use halflight_renderer::parameters::Settings;
 use halflight_scenes::Scene;
+use halflight_techniques::invocation::Invocation;
 
 use super::{
     cell_file::CellFile,

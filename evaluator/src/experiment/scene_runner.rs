@@ -5,6 +5,7 @@ use std::{
     path::Path,
 };
 
+use halflight_frame_graph::FramePlan;
 use halflight_metrics::{DisplayPair, LinearPair, MetricId, Values};
 use halflight_native::{
     NativeGpu,
@@ -14,15 +15,14 @@ use halflight_native::{
 };
 use halflight_output::OutputFolder;
 use halflight_renderer::{
-    SceneFacts,
-    invocation::Invocation,
     parameters::Settings,
     plan_technique_of_scene,
-    techniques::parameters_of,
+    scene::SceneFacts,
     truth::{Request as TruthRequest, Stop, Truth},
 };
 use halflight_scenes::{Scene, SceneNeeds};
 use halflight_shared_shaders::SHADERS;
+use halflight_techniques::{invocation::Invocation, parameters_of};
 use serde_json::{Map, Value};
 
 use super::{
@@ -153,7 +153,7 @@ impl<'a> SceneRunner<'a> {
         if self.wants_light() {
             commands.push(self.reference_command(None).to_string());
         }
-        for radius in self.grid.cells.iter().filter_map(|cell| self.planned(cell)?.occlusion_radius) {
+        for radius in self.grid.cells.iter().filter_map(|cell| occlusion_radius(&self.planned(cell)?)) {
             let command = self.reference_command(Some(radius)).to_string();
             if !commands.contains(&command) {
                 commands.push(command);
@@ -192,7 +192,7 @@ impl<'a> SceneRunner<'a> {
     }
 
     /// The plan of a cell; `None` where it cannot be planned, which measuring reports.
-    fn planned(&self, cell: &Cell) -> Option<halflight_renderer::plan::FramePlan> {
+    fn planned(&self, cell: &Cell) -> Option<FramePlan> {
         let facts = SceneFacts::of(self.subject.still);
         plan_technique_of_scene(&facts, cell.technique, &cell.settings, self.subject.size).ok()
     }
@@ -201,7 +201,7 @@ impl<'a> SceneRunner<'a> {
     fn wants_light(&self) -> bool {
         let only_occlusion = |cell: &Cell| {
             self.planned(cell)
-                .is_some_and(|plan| plan.occlusion_radius.is_some() && !plan.outputs.contains_key("indirect"))
+                .is_some_and(|plan| occlusion_radius(&plan).is_some() && !plan.outputs.contains_key("indirect"))
         };
         self.grid.direct_from_truth || !self.grid.cells.iter().all(only_occlusion)
     }
@@ -412,7 +412,7 @@ fn render(
         times,
         scene_ms: *scene_ms,
         memory_bytes: frames.plan().technique_bytes(),
-        occlusion_radius: frames.plan().occlusion_radius,
+        occlusion_radius: occlusion_radius(frames.plan()),
     })
 }
 
@@ -476,6 +476,11 @@ fn light(
         errors.measure_occlusion(&LinearPair::new(open, &occlusion.image(), Some(mask)));
     }
     Ok((errors, images))
+}
+
+/// Radius of a plan's ambient visibility, scene units; `None` where it finds none.
+fn occlusion_radius(plan: &FramePlan) -> Option<f32> {
+    plan.attributes.get("ambient_occlusion.radius").copied()
 }
 
 /// Hash of all shaders. The commit does not tell shaders apart that were edited since.

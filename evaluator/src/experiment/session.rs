@@ -5,21 +5,25 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use halflight_frame_graph::{
+    CompiledGraph, Continuity, Externals, FramePlan, Gpu, ResourceKind, View,
+    scan::{Scan, Scanned},
+};
 use halflight_native::{
     AdapterChoice, NativeGpu,
     frames::{FrameTime, Timing, map, read_buffer, read_texture, run_frame},
     images::{Image, Rgb},
 };
 use halflight_renderer::{
-    Continuity, DirectSource, Externals, Gpu, Recording, SceneBuffers, SceneFacts, SceneMotion, View, extra_views,
+    DirectSource, extra_views,
+    gi::Technique,
     parameters::{Settings, SettingsError},
-    plan::{FramePlan, ResourceKind},
     plan_frame, plan_scene, plan_technique_of_scene,
-    scan::{Scan, Scanned},
-    techniques::Technique,
+    scene::{SceneBuffers, SceneFacts, SceneMotion, camera_view},
     texels::decoder,
 };
 use halflight_scenes::{DiskFiles, FileSource, Scene, load_scene};
+use halflight_techniques::needs_of_any;
 use wgpu::TextureFormat as Format;
 
 use crate::Error;
@@ -106,7 +110,7 @@ pub struct Request<'a> {
 pub struct Frames<'a> {
     gpu: &'a Gpu,
     timing: Timing,
-    recording: Recording,
+    recording: CompiledGraph,
     view: View,
     motion: Option<SceneMotion<'a>>,
 }
@@ -148,7 +152,8 @@ impl<'a> Session<'a> {
     /// # Errors
     /// As [`Session::frames`].
     pub fn scene_frames(&self, settings: &Settings, size: [u32; 2]) -> Result<Frames<'a>, Error> {
-        let plan = plan_scene(&self.facts, settings, size, DirectSource::Rendered);
+        let plan = needs_of_any(settings)
+            .and_then(|needs| plan_scene(&self.facts, needs, settings, size, DirectSource::Rendered));
         self.ready(plan, &Externals { scene: Some(&self.buffers), ..Default::default() }, size, 0)
     }
 
@@ -204,11 +209,11 @@ impl<'a> Session<'a> {
                 )));
             }
         }
-        let mut view = View::new(&self.scene.camera, size, self.facts.near);
+        let mut view = camera_view(&self.scene.camera, size, self.facts.near);
         view.seed = seed;
         // Between two frames nothing changes unless the scene says so.
         view.continuity = Continuity::Still;
-        let recording = Recording::new(gpu, plan, externals);
+        let recording = CompiledGraph::new(gpu, plan, externals);
         let motion = SceneMotion::new(self.scene, &self.buffers);
         Ok(Frames { gpu, timing: Timing::of(self.native), recording, view, motion })
     }
@@ -263,7 +268,7 @@ impl Frames<'_> {
     pub fn read_all(&self) -> Result<Vec<(String, Texels)>, Error> {
         let mut all = Vec::new();
         for (index, resource) in self.plan().resources.iter().enumerate() {
-            let texture = self.recording.texture(halflight_renderer::plan::ResourceId(index));
+            let texture = self.recording.texture(halflight_frame_graph::ResourceId(index));
             if let Some(texture) = texture.filter(|t| decoder(t.format()).is_some()) {
                 all.push((resource.name.clone(), read_rgba(self.gpu, texture)?));
             }
@@ -290,7 +295,7 @@ impl Frames<'_> {
     /// Where the device was lost.
     pub fn read_bytes(&self, resource: &str) -> Result<Option<Vec<u8>>, Error> {
         let index = self.plan().resources.iter().position(|r| r.name == resource);
-        let texture = index.and_then(|index| self.recording.texture(halflight_renderer::plan::ResourceId(index)));
+        let texture = index.and_then(|index| self.recording.texture(halflight_frame_graph::ResourceId(index)));
         texture.map(|t| read_texture(self.gpu, t).map_err(|e| Error::Failed(e.to_string()))).transpose()
     }
 
@@ -300,7 +305,7 @@ impl Frames<'_> {
     /// Where the device was lost.
     pub fn read_buffer(&self, resource: &str) -> Result<Option<Vec<u8>>, Error> {
         let index = self.plan().resources.iter().position(|r| r.name == resource);
-        let buffer = index.and_then(|index| self.recording.buffer(halflight_renderer::plan::ResourceId(index)));
+        let buffer = index.and_then(|index| self.recording.buffer(halflight_frame_graph::ResourceId(index)));
         buffer.map(|b| read_buffer(self.gpu, b).map_err(|e| Error::Failed(e.to_string()))).transpose()
     }
 

@@ -3,7 +3,7 @@
 //! Papers' times come from their own hardware, so they are compared by ratio: each row against the first row of its
 //! table.
 
-use halflight_renderer::invocation::parse_size;
+use halflight_techniques::invocation::parse_size;
 
 use crate::experiment::measurement::{Measurement, plain};
 

@@ -4,8 +4,9 @@
 use std::path::Path;
 
 use halflight_native::AdapterChoice;
-use halflight_renderer::{parameters::Settings, preset::Preset};
+use halflight_renderer::parameters::Settings;
 use halflight_scenes::{MemoryFiles, Scene, load_scene};
+use halflight_techniques::preset::Preset;
 
 use super::{Check, Suite};
 use crate::experiment::grid::Grid;

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Kind, Settings, Value},
-    techniques::Technique,
 };
 use halflight_scenes::Scene;
 

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Settings, Value},
-    techniques::Technique,
 };
 use halflight_scenes::{Light, Scene};
 

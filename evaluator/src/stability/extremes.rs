@@ -4,12 +4,13 @@
 use std::path::Path;
 
 use glam::Vec3;
+use halflight_frame_graph::scan::Scanned;
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Settings, check_settings},
-    scan::Scanned,
-    techniques::{Technique, parameters_of},
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Material, MemoryFiles, Mesh, Motion, Scene, load_scene};
+use halflight_techniques::parameters_of;
 
 use super::{Check, Suite, bounces, scenes, switches, with_small_shadows, words};
 use crate::{
@@ -247,7 +248,7 @@ fn geometry() -> Vec<Extreme> {
             group,
             "a surface on the near plane",
             with(&|scene| {
-                let near = halflight_renderer::SceneFacts::of(scene).near;
+                let near = halflight_renderer::scene::SceneFacts::of(scene).near;
                 scene.camera = scenes::camera([0.0, 0.5, -2.0 + near], [0.0, 0.5, -2.0], 60.0);
             }),
         ),

@@ -14,8 +14,8 @@ use std::{
 use glam::Vec3;
 use halflight_native::files::write_whole;
 use halflight_output::{OutputFolder, terminal};
-use halflight_renderer::preset::Preset;
 use halflight_scenes::{Light, MemoryFiles, Scene, load_scene};
+use halflight_techniques::preset::Preset;
 
 use super::{oracle::Random, panic_words};
 use crate::{Error, experiment::grid::Grid, progress::Progress};

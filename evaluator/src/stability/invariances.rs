@@ -4,9 +4,9 @@
 use glam::{Quat, Vec3};
 use halflight_native::images::{Rgb, luminance};
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Kind, Settings, Value},
     plan_technique_of_scene,
-    techniques::Technique,
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Mesh, Motion, Scene};
 

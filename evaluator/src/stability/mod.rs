@@ -11,10 +11,11 @@ use std::{
 
 use halflight_native::NativeGpu;
 use halflight_renderer::{
-    SceneFacts,
+    gi::Technique,
     parameters::{Kind, Parameter, Settings, Value},
-    techniques::{TECHNIQUES, Technique},
+    scene::SceneFacts,
 };
+use halflight_techniques::TECHNIQUES;
 use serde::Serialize;
 
 use crate::{Error, progress::Progress};
@@ -258,7 +259,7 @@ impl<'a> Suite<'a> {
 
     fn prepare(native: &'a NativeGpu, options: &Options) -> Result<Self, Error> {
         for name in &options.techniques {
-            halflight_renderer::techniques::technique(name).map_err(|e| Error::BadInput(e.to_string()))?;
+            halflight_techniques::technique(name).map_err(|e| Error::BadInput(e.to_string()))?;
         }
         // Everything that a setting may ask of a scene: gloss, solid and open meshes, motion.
         let facts = SceneFacts::of(&extremes::everything());

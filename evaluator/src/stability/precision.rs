@@ -1,15 +1,12 @@
 //! Shaders against their double-precision twins on the same inputs, and what each storage format costs in accuracy.
 
 use glam::DVec3;
+use halflight_frame_graph::{Part, UniformValue};
 use halflight_metrics::percentile;
 use halflight_native::images::luminance;
-use halflight_renderer::{
-    UniformValue,
-    parameters::{Kind, Settings, Value},
-    plan::Part,
-    techniques::technique,
-};
+use halflight_renderer::parameters::{Kind, Settings, Value};
 use halflight_scenes::Scene;
+use halflight_techniques::technique;
 
 use super::{
     Check, Suite,

@@ -4,10 +4,10 @@
 use std::collections::BTreeSet;
 
 use halflight_renderer::{
-    SceneFacts,
+    gi::Technique,
     parameters::{Kind, Parameter, Settings, Value},
     plan_technique_of_scene,
-    techniques::Technique,
+    scene::SceneFacts,
 };
 
 /// The values that a parameter is tried with: every choice; both ends of a range, the default, and where a range
@@ -190,7 +190,7 @@ impl Space<'_> {
 #[cfg(test)]
 #[allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 mod tests {
-    use halflight_renderer::techniques::TECHNIQUES;
+    use halflight_techniques::TECHNIQUES;
 
     use super::*;
     use crate::stability::extremes::everything;

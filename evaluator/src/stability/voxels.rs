@@ -1,13 +1,9 @@
 //! The voxel grid and its rays once more, in double precision on the CPU: every column on the way is clipped on its
 //! own, where the shader steps from one to the next.
 
-use halflight_renderer::{
-    SceneFacts,
-    parameters::Settings,
-    plan::{FramePlan, Part},
-    plan_frame,
-    techniques::hierarchical::{Hierarchical, TECHNIQUE, covering_radius, ring_radii},
-};
+use halflight_frame_graph::{FramePlan, Part};
+use halflight_renderer::{parameters::Settings, plan_frame, scene::SceneFacts};
+use halflight_techniques::hierarchical::{Hierarchical, TECHNIQUE, covering_radius, ring_radii};
 use wgpu::TextureFormat;
 
 use super::oracle::{GBuffer, Pixel, Random};

@@ -6,6 +6,7 @@ use std::{
 };
 
 use clap::{Args, Parser, Subcommand};
+use halflight_output::{PrintError, terminal};
 use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, Value, check_settings},
@@ -105,21 +106,13 @@ fn read_preset(path: &Path) -> Result<Preset, Error> {
     Preset::read(path, &text).map_err(|e| Error::BadInput(e.to_string()))
 }
 
-/// A size written `WIDTHxHEIGHT`, each from 1 to 16384.
-///
-/// # Errors
-/// A sentence that says how to write it.
-pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
-    match sides {
-        Some([w @ 1..=16384, h @ 1..=16384]) => Ok([w, h]),
-        _ => Err("write WIDTHxHEIGHT, each from 1 to 16384, for example 1280x720".into()),
-    }
-}
-
 /// Runs the command line; returns the process's exit code: 0 done, 1 failed, 2 bad input.
 pub fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(answer) => return explain_usage(&answer),
+    };
+    let result = match cli.command {
         Command::Render(args) => render::render(&args),
         Command::Plan(args) => render::plan(&args),
         Command::Run(args) => run::main(&args),
@@ -131,11 +124,36 @@ pub fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(error.exit_code())
-        }
+        Err(error) => end(&error),
     }
+}
+
+/// Ends with an error: its sentence on standard error, unless all that happened is that the reader went away.
+fn end(error: &Error) -> ExitCode {
+    if !matches!(error, Error::Print(PrintError::Closed)) {
+        terminal::note(format_args!("error: {error}"));
+    }
+    ExitCode::from(error.exit_code())
+}
+
+/// Prints the help that was asked for, or what is wrong with the command line.
+fn explain_usage(answer: &clap::Error) -> ExitCode {
+    let printed = answer.print().map_err(PrintError::from).and_then(|()| terminal::flush());
+    match printed {
+        Err(error) if !answer.use_stderr() => end(&error.into()),
+        _ => ExitCode::from(answer.exit_code() as u8),
+    }
+}
+
+/// Prints a value as JSON.
+fn print_json(value: &impl serde::Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(e.to_string()))?;
+    Ok(terminal::print_line(text)?)
+}
+
+/// Says on standard error what the loader of a scene replaced.
+fn print_warnings(warnings: &[String]) {
+    warnings.iter().for_each(|warning| terminal::note(format_args!("warning: {warning}")));
 }
 
 /// The scene, by file or by the name of a bundled one.
@@ -148,12 +166,7 @@ struct SceneArgs {
 
 fn compare(image: &Path, reference: &Path, json: bool) -> Result<(), Error> {
     let comparison = crate::compare::compare(image, reference)?;
-    if json {
-        println!("{}", serde_json::to_string_pretty(&comparison).map_err(|e| Error::Failed(e.to_string()))?);
-    } else {
-        println!("{comparison}");
-    }
-    Ok(())
+    if json { print_json(&comparison) } else { Ok(terminal::print_line(comparison)?) }
 }
 
 /// Whether an output file is to hold all channels (EXR) or one picture (PNG).

@@ -3,20 +3,12 @@
 pub mod command;
 pub mod compare;
 pub mod error;
+pub mod experiment;
 pub mod explain;
 mod format;
-pub mod grid;
-pub mod measurement;
-pub mod metrics;
 pub mod plan_graph;
 pub mod progress;
 pub mod report;
-pub mod run;
-mod serial;
-pub mod session;
 pub mod stability;
-pub mod statistics;
-pub mod temporal;
-pub mod truth;
 
 pub use error::Error;

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use halflight_frame_graph::{FramePlan, Part, Pass, Resource, ResourceId, ResourceKind, bytes_in_words};
 
-use crate::report::escape;
+use crate::report::document::escape;
 
 const STYLE: &str = include_str!("plan_graph.css");
 

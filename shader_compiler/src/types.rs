@@ -182,6 +182,7 @@ impl<'a> File<'a> {
         let fields = self.fields();
         writeln!(out, "//! `{name}.wgsl`.")?;
         writeln!(out, "#[allow(unused_imports)]\nuse crate::{{Call, Constant, SHADERS, Shader, UniformValue}};")?;
+        writeln!(out, "/// Name of the shader without features.\npub const FILE: &str = {name:?};")?;
         self.write_features(out)?;
         for field in &fields {
             if let Field::Group { feature, bindings } = field {

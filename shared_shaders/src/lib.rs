@@ -124,6 +124,11 @@ impl Shader {
         self.entry_points.iter().find(|entry| entry.name == name)
     }
 
+    /// The name without features: that of the file.
+    pub fn file(&self) -> &'static str {
+        self.name.split('+').next().unwrap_or(self.name)
+    }
+
     /// Distinct resources of all entry points.
     pub fn bindings(&self) -> impl Iterator<Item = &'static Binding> {
         let entries = self.entry_points;

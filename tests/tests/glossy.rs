@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::DVec3;
-use halflight_evaluator::session::Session;
+use halflight_evaluator::experiment::session::Session;
 use halflight_native::truth::TruthSource;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_renderer::{plan_frame, plan_technique, scene::SceneFacts};

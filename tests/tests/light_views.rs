@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::{DMat4, DVec3, DVec4, Vec3};
-use halflight_evaluator::{session::Session, truth::trace};
+use halflight_evaluator::experiment::{reference::trace, session::Session};
 use halflight_frame_graph::{FramePlan, Part};
 use halflight_renderer::{
     plan_frame,

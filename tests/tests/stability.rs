@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use halflight_evaluator::{
-    session::Session,
+    experiment::session::Session,
     stability::{Options, Suite, fuzz, mutations, random},
 };
 use halflight_native::{AdapterChoice, NativeGpu};
@@ -71,7 +71,7 @@ fn a_scan_finds_what_is_there() {
             }
         }
         // The command that looks through a frame says so.
-        let error = halflight_evaluator::run::check_textures(&[&frames]).unwrap_err().to_string();
+        let error = halflight_evaluator::experiment::check_textures(&[&frames]).unwrap_err().to_string();
         assert!(error.starts_with("final holds 2 NaN and"), "{error}");
     }
 }

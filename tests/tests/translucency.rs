@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::Vec3;
-use halflight_evaluator::{session::Session, truth::trace};
+use halflight_evaluator::experiment::{reference::trace, session::Session};
 use halflight_frame_graph::FramePlan;
 use halflight_renderer::{
     plan_frame,

@@ -5,6 +5,8 @@ use std::{
     process::{Command, ExitCode},
 };
 
+use halflight_output::terminal;
+
 use crate::{Stop, cargo, program, root, setup, typed};
 
 /// Builds the evaluator and runs a grid; `arguments` go to `evaluator run`.
@@ -25,13 +27,13 @@ pub fn run(arguments: &[String]) -> Result<ExitCode, Stop> {
     }
     command.args(&arguments);
     let name = typed(&command);
-    eprintln!("== {name}");
+    terminal::note(format_args!("== {name}"));
     let status = command.status().map_err(|error| {
         Stop::failed(format!("{name} does not start ({error}): install Rust from https://rustup.rs, then run again"))
     })?;
     if status.success() {
         let page = root().join(value_of(&arguments, "--out").unwrap_or("reports/default")).join("index.html");
-        println!("Report: {}", page.display());
+        terminal::print_line(format_args!("Report: {}", page.display()))?;
     }
     // The evaluator has said what went wrong; other codes are cargo's own.
     Ok(status.code().and_then(|code| u8::try_from(code).ok()).filter(|code| *code <= 2).unwrap_or(1).into())

@@ -1,5 +1,5 @@
-//! Developer commands, run as `cargo xtask COMMAND`. No dependencies: the first command of a fresh clone starts at
-//! once.
+//! Developer commands, run as `cargo xtask COMMAND`. No dependencies outside the workspace: the first command of a fresh
+//! clone starts at once.
 
 use std::{
     env,
@@ -8,6 +8,8 @@ use std::{
     process::{Command, ExitCode},
     time::Instant,
 };
+
+use halflight_output::{PrintError, terminal};
 
 mod evaluate;
 mod setup;
@@ -48,10 +50,19 @@ impl Stop {
     }
 }
 
+impl From<PrintError> for Stop {
+    fn from(error: PrintError) -> Self {
+        Self { code: error.exit_code(), sentence: error.to_string() }
+    }
+}
+
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     dispatch(&arguments).unwrap_or_else(|Stop { code, sentence }| {
-        eprintln!("error: {sentence}");
+        // Nothing failed where only the reader of the output went away.
+        if code != 0 {
+            terminal::note(format_args!("error: {sentence}"));
+        }
         ExitCode::from(code)
     })
 }
@@ -60,11 +71,11 @@ fn dispatch(arguments: &[String]) -> Result<ExitCode, Stop> {
     let asks = |argument: &String| ["-h", "--help", "help"].contains(&argument.as_str());
     // `web` has a help text of its own.
     if arguments.iter().any(asks) && arguments.first().is_none_or(|command| command != "web") {
-        print!("{HELP}");
+        terminal::print(HELP)?;
         return Ok(ExitCode::SUCCESS);
     }
     let Some((command, rest)) = arguments.split_first() else {
-        print!("{HELP}");
+        terminal::print(HELP)?;
         return Ok(ExitCode::from(2));
     };
     match (command.as_str(), rest) {
@@ -115,11 +126,11 @@ fn typed(command: &Command) -> String {
 /// Where it cannot start, or ends with a failure: one sentence that closes with `mend`.
 fn run(command: &mut Command, mend: &str) -> Result<(), Stop> {
     let name = typed(command);
-    eprintln!("== {name}");
+    terminal::note(format_args!("== {name}"));
     let start = Instant::now();
     match command.status() {
         Ok(status) if status.success() => {
-            eprintln!("== done in {:.0} s", start.elapsed().as_secs_f64());
+            terminal::note(format_args!("== done in {:.0} s", start.elapsed().as_secs_f64()));
             Ok(())
         }
         Ok(status) => Err(Stop::failed(format!("{name} failed ({status}): {mend}"))),

@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use halflight_output::terminal;
+
 use crate::{Stop, cargo, setup, typed};
 
 /// Builds the demo; `arguments` go to the crate `bundle`, which knows wasm-bindgen.
@@ -10,7 +12,7 @@ pub fn run(arguments: &[String]) -> Result<ExitCode, Stop> {
     let mut command = cargo(&["run", "--package", "halflight-bundle", "--"]);
     command.args(arguments);
     let name = typed(&command);
-    eprintln!("== {name}");
+    terminal::note(format_args!("== {name}"));
     let status = command.status().map_err(|error| {
         Stop::failed(format!("{name} does not start ({error}): install Rust from https://rustup.rs, then run again"))
     })?;

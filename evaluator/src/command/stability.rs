@@ -4,10 +4,12 @@ use std::{io::Write, path::PathBuf};
 
 use clap::Args;
 use halflight_native::{AdapterChoice, files::write_whole};
+use halflight_output::{OutputFolder, terminal};
 
+use super::print_json;
 use crate::{
     Error,
-    session::open_adapter,
+    experiment::session::open_adapter,
     stability::{Options, Suite, Table, faults, fuzz, mutations, random},
 };
 
@@ -75,18 +77,18 @@ pub(super) fn main(args: &StabilityArgs) -> Result<(), Error> {
     let facts = [
         ("Command", std::env::args().skip(1).fold("evaluator".to_owned(), |all, word| all + " " + &word)),
         ("Adapter", format!("{} ({} {})", native.info.name, native.info.driver, native.info.driver_info)),
-        ("Commit", crate::run::COMMIT.to_owned()),
+        ("Commit", crate::experiment::COMMIT.to_owned()),
         ("Settings", table.covered.iter().map(covered).collect::<Vec<_>>().join("; ")),
         ("Time", format!("{:.0} s", start.elapsed().as_secs_f64())),
     ];
     if let Some(folder) = &args.out {
         table.write(folder, &facts)?;
-        eprintln!("report: {}", folder.join("index.html").display());
+        terminal::note(format_args!("report: {}", folder.join("index.html").display()));
     }
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&table.checks).map_err(|e| Error::Failed(e.to_string()))?);
+        print_json(&table.checks)?;
     } else {
-        print!("{table}");
+        terminal::print(&table)?;
     }
     match table.unexplained().count() {
         0 => Ok(()),
@@ -96,16 +98,16 @@ pub(super) fn main(args: &StabilityArgs) -> Result<(), Error> {
 
 fn prove(args: &StabilityArgs) -> Result<(), Error> {
     let all = mutations::run(&AdapterChoice::from(args.adapter.as_str()), |_| true, args.quick)?;
-    let text = crate::report::markdown::table(&mutations::table(&all), 2);
+    let text = crate::report::document::markdown::table(&mutations::table(&all), 2);
     if let Some(folder) = &args.out {
-        let path = folder.join("mutations.md");
+        let path = OutputFolder::open(folder).claim("mutations.md")?;
         write_whole(&path, |file| file.write_all(text.as_bytes()))
             .map_err(|e: std::io::Error| Error::unwritable(&path, e))?;
     }
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&all).map_err(|e| Error::Failed(e.to_string()))?);
+        print_json(&all)?;
     } else {
-        print!("{text}");
+        terminal::print(&text)?;
     }
     match all.iter().filter(|caught| caught.is_missed()).count() {
         0 => Ok(()),

@@ -161,6 +161,7 @@ pub fn picture(states: &[State], link: &Link, groups: usize, pixels: usize) -> V
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 mod tests {
     use super::*;
 

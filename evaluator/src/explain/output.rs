@@ -2,26 +2,38 @@
 
 use std::{fmt::Write as _, io::Write as _, path::Path};
 
+use halflight_metrics::percentile;
 use halflight_native::{
     files::write_whole,
     images::{Rgb, auto_exposure, luminance, write_png, write_png_srgb8},
 };
+use halflight_output::OutputFolder;
 
 use super::{Explanation, LinkRow, Uncertain};
 use crate::{
     Error,
     format::number,
-    report::{
+    report::document::{
         chart::{Bars, Drawing, Segment},
-        simple_page,
-        tables::{Cell, Column, Table, TableRow},
+        markdown, simple_page,
+        table::{Cell, Column, Table, TableRow},
     },
-    statistics::percentile,
 };
 
+/// Files of every explanation; beside them there is a picture for each link.
+const FILES: [&str; 6] =
+    ["index.html", "explain.md", "explain.json", "plots/links.svg", "images/image.png", "images/truth.png"];
+
+pub(super) fn claim(folder: &Path) -> Result<(), Error> {
+    let folder = OutputFolder::open(folder);
+    FILES.iter().try_for_each(|name| folder.claim(name).map(drop))?;
+    Ok(())
+}
+
 pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static str, String)]) -> Result<(), Error> {
+    let folder = OutputFolder::open(folder);
     let text = |name: &str, text: &str| {
-        let path = folder.join(name);
+        let path = folder.claim(name)?;
         write_whole(&path, |file| file.write_all(text.as_bytes()))
             .map_err(|error: std::io::Error| Error::unwritable(&path, error))
     };
@@ -29,7 +41,7 @@ pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static
     let exposure = auto_exposure(&explanation.truth, Some(mask));
     let picture = |name: &str, pixels: &[Rgb]| {
         let path = format!("images/{name}.png");
-        write_png(&folder.join(&path), *width, pixels, exposure).map(|()| path).map_err(Error::from)
+        write_png(&folder.claim(&path)?, *width, pixels, exposure).map(|()| path).map_err(Error::from)
     };
     let mut pictures = vec![
         ("the image".to_owned(), picture("image", &explanation.shown)?),
@@ -38,7 +50,7 @@ pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static
     let scale = full_scale(explanation);
     for (link, pixels) in explanation.links.iter().zip(&explanation.pictures) {
         let path = format!("images/{}.png", link.name.replace(' ', "_"));
-        write_png_srgb8(&folder.join(&path), *width, &signed_map(pixels, scale, mask))?;
+        write_png_srgb8(&folder.claim(&path)?, *width, &signed_map(pixels, scale, mask))?;
         pictures.push((link.name.to_owned(), path));
     }
     let rows = explanation.rows();
@@ -56,7 +68,7 @@ pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static
         let _ = writeln!(markdown, "- {name}: {value}");
     }
     markdown += "\n![Links](plots/links.svg)\n\n";
-    tables.iter().for_each(|table| markdown += &crate::report::markdown::table(table, 2));
+    tables.iter().for_each(|table| markdown += &markdown::table(table, 2));
     let _ = writeln!(markdown, "{scale_note}\n");
     pictures.iter().for_each(|(name, path)| {
         let _ = writeln!(markdown, "![{name}]({path})");

@@ -3,16 +3,16 @@
 
 use std::path::Path;
 
+use halflight_metrics::{Metric, MetricId};
 use halflight_native::images::{Image, Rgb, auto_exposure, luminance, write_png};
 
-use super::chart::{Axis, Line, Plot, Point, Series, Spacing};
+use super::document::chart::{Axis, Line, Plot, Point, Series, Spacing};
+use super::document::table::{Cell, Column, Table, TableRow};
 use super::grouping::Group;
-use super::measure::MEASURES;
 use super::plots::Named;
-use super::tables::{Cell, Column, Table, TableRow};
 use crate::Error;
+use crate::experiment::measurement::{Measurement, plain};
 use crate::format::number;
-use crate::measurement::{Measurement, plain};
 
 /// `preset` of the rows that the figure belongs to.
 pub(super) const PRESET: &str = "soler2009_fig5";
@@ -124,14 +124,18 @@ fn plot([truth, eq3, eq4]: &[Vec<f64>; 3], line: usize, limit: f64) -> Plot {
 }
 
 fn table(rows: &[(usize, &Measurement); 2], [truth, eq3, eq4]: &[Vec<f64>; 3]) -> Table {
-    let shown = || {
-        MEASURES
-            .iter()
-            .filter(|measure| ["FLIP", "relMSE", "RMSE", "bias", "P99.9 error", "noise"].contains(&measure.name))
-    };
+    let shown: [&Metric; 6] = [
+        MetricId::FinalFlip,
+        MetricId::IndirectRelMse,
+        MetricId::IndirectRmse,
+        MetricId::IndirectBias,
+        MetricId::IndirectP999Abs,
+        MetricId::NoiseStd,
+    ]
+    .map(MetricId::metric);
     let errors = rows.map(|(_, row)| row.errors);
     let mut columns = vec![Column::numeric("#", "", "row of results.csv"), Column::text("form factor")];
-    columns.extend(shown().map(|measure| Column::numeric(measure.name, measure.unit, measure.meaning)));
+    columns.extend(shown.map(|metric| Column::numeric(metric.title, metric.unit, metric.meaning)));
     columns.extend([
         Column::numeric("RMSE of the line", "radiance", "of the luminance of indirect light, albedo left out"),
         Column::numeric("its highest value", "× truth's", "over the highest value of the truth on the line"),
@@ -140,7 +144,7 @@ fn table(rows: &[(usize, &Measurement); 2], [truth, eq3, eq4]: &[Vec<f64>; 3]) -
     let rows = rows.iter().zip([("Equation 3", eq3), ("Equation 4", eq4)]).map(|(&(index, row), (name, light))| {
         let squares: f64 = light.iter().zip(truth).map(|(a, b)| (a - b) * (a - b)).sum();
         let mut cells = vec![Cell::row(index), Cell::text(name)];
-        cells.extend(shown().map(|measure| Cell::number((measure.value)(row), measure.digits)));
+        cells.extend(shown.map(|metric| Cell::number(row.errors.get(metric.id), metric.digits)));
         cells.push(Cell::number(Some((squares / truth.len().max(1) as f64).sqrt()), 3));
         cells.push(Cell::number(Some(highest(light) / highest(truth)), 3));
         TableRow { row: Some(index), cells }
@@ -148,8 +152,9 @@ fn table(rows: &[(usize, &Measurement); 2], [truth, eq3, eq4]: &[Vec<f64>; 3]) -
     let rows = rows.collect();
     let mut caption = "Over the whole image, and along the line of the figure.".to_owned();
     let [three, four] = errors;
-    let is_darker = four.indirect_bias < three.indirect_bias && four.indirect_bias < Some(0.0);
-    if three.final_flip < four.final_flip && is_darker {
+    let (bias, flip) = (MetricId::IndirectBias, MetricId::FinalFlip);
+    let is_darker = four.get(bias) < three.get(bias) && four.get(bias) < Some(0.0);
+    if three.get(flip) < four.get(flip) && is_darker {
         caption += " FLIP puts Equation 3 ahead, because the image of Equation 4 is darker as a whole: a disc of all that a \
                     sample stands for, as published, loses light with few samples (disc_area = texel does not).";
     }

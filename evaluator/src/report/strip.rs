@@ -1,9 +1,11 @@
 //! Pictures side by side: one a level, where a group has rows that gather a single level (Soler et al. 2009, Figure 4); one a
 //! row with its error, where the rows belong to a figure of a paper.
 
+use halflight_metrics::MetricId;
+
 use super::grouping::{Group, last_segment};
+use crate::experiment::measurement::{Measurement, plain};
 use crate::format::number;
-use crate::measurement::{Measurement, plain};
 
 /// Pictures side by side.
 #[derive(Debug)]
@@ -50,7 +52,7 @@ pub fn figures<'a>(group: &Group<'a>) -> Vec<Strip<'a>> {
     let mut strips: Vec<Strip> = Vec::new();
     let of_figure = |row: &Measurement| row.preset.contains(FIGURE) && !NO_STRIP.contains(&row.preset.as_str());
     for &(index, row) in group.rows.iter().filter(|(_, row)| of_figure(row)) {
-        let is_light = row.errors.occlusion_rmse.is_none();
+        let is_light = row.errors.get(MetricId::OcclusionRmse).is_none();
         let kind = if is_light { "indirect" } else { "final" };
         let (Some(picture), Some(truth)) = (row.image(kind), row.image(&format!("truth_{kind}"))) else { continue };
         let strip = match strips.iter().position(|strip| strip.pictures[0].2 == truth) {
@@ -63,16 +65,17 @@ pub fn figures<'a>(group: &Group<'a>) -> Vec<Strip<'a>> {
                 &mut strips[last]
             }
         };
-        let error = row.errors.occlusion_rmse.or(row.errors.indirect_rmse);
-        let bias = row.errors.occlusion_bias.or(row.errors.indirect_bias);
-        let told = [("RMSE", error, ""), ("bias", bias, "+"), ("noise", row.errors.noise_std, "")];
-        let told = told.iter().filter_map(|(name, value, plus)| {
+        let value = |id| row.errors.get(id);
+        let error = value(MetricId::OcclusionRmse).or(value(MetricId::IndirectRmse));
+        let bias = value(MetricId::OcclusionBias).or(value(MetricId::IndirectBias));
+        let values = [("RMSE", error, ""), ("bias", bias, "+"), ("noise", value(MetricId::NoiseStd), "")];
+        let values = values.iter().filter_map(|(name, value, plus)| {
             let value = (*value)?;
             Some(format!("{name} {}{}", if value > 0.0 { plus } else { "" }, number(value, 2)))
         });
         strip.pictures.push((
             Some(index),
-            format!("{}: {}", group.label(row), told.collect::<Vec<_>>().join(", ")),
+            format!("{}: {}", group.label(row), values.collect::<Vec<_>>().join(", ")),
             picture,
         ));
     }
@@ -101,7 +104,7 @@ mod tests {
                 .as_object()
                 .cloned()
                 .unwrap_or_default(),
-            errors: crate::measurement::Errors { occlusion_rmse: Some(rmse), ..Default::default() },
+            errors: crate::experiment::measurement::Errors { occlusion_rmse: Some(rmse), ..Default::default() },
             ..Measurement::default()
         };
         let mut rows = vec![row("gtao", 1, 0.2), row("gtao", 2, 0.3), row("bitmask", 1, 0.1), row("bitmask", 2, 0.25)];

@@ -9,7 +9,7 @@ use halflight_scenes::{MemoryFiles, Scene, load_scene};
 use halflight_techniques::preset::Preset;
 
 use super::{Check, Suite};
-use crate::grid::Grid;
+use crate::experiment::grid::Grid;
 
 const GROUP: &str = "bad input";
 

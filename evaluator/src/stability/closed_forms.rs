@@ -10,7 +10,7 @@ use halflight_scenes::Scene;
 use super::{Check, Suite, extremes::bundled, parameter, scenes, with_small_shadows};
 use crate::{
     Error,
-    session::{Frames, Request, Session},
+    experiment::session::{Frames, Request, Session},
 };
 
 pub(super) const GROUP: &str = "closed forms";

@@ -12,7 +12,7 @@ use halflight_scenes::{Light, Scene};
 use super::{Check, Suite, closed_forms::GROUP, oracle::GBuffer, scenes};
 use crate::{
     Error,
-    session::{Request, Session},
+    experiment::session::{Request, Session},
 };
 
 /// Width and height of the image.

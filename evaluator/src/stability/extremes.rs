@@ -15,7 +15,7 @@ use halflight_techniques::parameters_of;
 use super::{Check, Suite, bounces, scenes, switches, with_small_shadows, words};
 use crate::{
     Error,
-    session::{Frames, Request, Session},
+    experiment::session::{Frames, Request, Session},
 };
 
 /// What a row expects of light.

@@ -18,9 +18,9 @@ use halflight_renderer::parameters::Settings;
 use super::{Check, oracle::Random, panic_words};
 use crate::{
     Error,
-    grid::Grid,
-    measurement::{Measurement, read_json},
-    run::{RunOptions, run as run_grid},
+    experiment::grid::Grid,
+    experiment::measurement::{Measurement, read_json},
+    experiment::{RunOptions, run as run_grid},
 };
 
 const GROUP: &str = "faults";
@@ -327,7 +327,7 @@ fn lost_device(place: &Place) -> Result<Fault, Error> {
     // This process works in another folder.
     grid.scenes = vec![place.folder.join("scene.toml")];
     let out = place.out();
-    let options = RunOptions { out: &out, resume: false, shard: (0, 1), command: String::new(), check: false };
+    let options = RunOptions { out: &out, resume: false, shard: (0, 1), command: Default::default(), check: false };
     let device = native.gpu.device.clone();
     let result = std::thread::scope(|scope| {
         scope.spawn(|| {

@@ -13,11 +13,12 @@ use std::{
 
 use glam::Vec3;
 use halflight_native::files::write_whole;
+use halflight_output::{OutputFolder, terminal};
 use halflight_scenes::{Light, MemoryFiles, Scene, load_scene};
 use halflight_techniques::preset::Preset;
 
 use super::{oracle::Random, panic_words};
-use crate::{Error, grid::Grid, progress::Progress};
+use crate::{Error, experiment::grid::Grid, progress::Progress};
 
 /// A reader and a file that it takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -397,7 +398,8 @@ pub fn run(count: u64, seed: u64, folder: Option<&Path>) -> Result<Outcome, Erro
                 let bytes = smallest(reader, &bytes);
                 let fault = reader.fault(&bytes).unwrap_or(fault);
                 if let Some(folder) = folder {
-                    write(&folder.join(format!("fuzz_{}_{}", outcome.faults.len(), reader.file())), &bytes)?;
+                    let name = format!("fuzz_{}_{}", outcome.faults.len(), reader.file());
+                    write(&OutputFolder::open(folder).claim(&name)?, &bytes)?;
                 }
                 outcome.faults.push((reader, fault, bytes));
             }
@@ -443,7 +445,7 @@ impl Watch {
                     let place = folder.unwrap_or_default().join(format!("fuzz_hangs_{name}"));
                     let written =
                         write(&place, &bytes).map_or_else(|e| e.to_string(), |()| place.display().to_string());
-                    eprintln!("error: a reader hangs over damaged file {now}: {written}");
+                    terminal::note(format_args!("error: a reader hangs over damaged file {now}: {written}"));
                     std::process::exit(1);
                 }
             }

@@ -13,7 +13,7 @@ use halflight_scenes::{CameraKeyframe, Keyframe, Light, Mesh, Motion, Scene};
 use super::{Check, Suite, extremes::scaled, parameter, scenes, with_small_shadows};
 use crate::{
     Error,
-    session::{Frames, Request, Session},
+    experiment::session::{Frames, Request, Session},
 };
 
 const GROUP: &str = "invariances";

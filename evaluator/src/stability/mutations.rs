@@ -9,7 +9,7 @@ use super::{Options, Suite};
 use crate::{
     Error,
     format::number,
-    report::tables::{Cell, Column, Table as Printed, TableRow},
+    report::document::table::{Cell, Column, Table as Printed, TableRow},
 };
 
 /// A bug.

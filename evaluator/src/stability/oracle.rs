@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::session::Frames;
+use crate::experiment::session::Frames;
 
 /// What a full-resolution pixel shows.
 #[derive(Clone, Copy, Debug)]

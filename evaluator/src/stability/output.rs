@@ -3,15 +3,16 @@
 use std::{io::Write as _, path::Path};
 
 use halflight_native::files::write_whole;
+use halflight_output::OutputFolder;
 
 use super::{Check, Table};
 use crate::{
     Error,
     format::number,
-    report::{
+    report::document::{
         chart::{Bars, Drawing, Segment},
         markdown, simple_page,
-        tables::{Cell, Column, Table as Printed, TableRow},
+        table::{Cell, Column, Table as Printed, TableRow},
     },
 };
 
@@ -108,8 +109,9 @@ impl Table {
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&self, folder: &Path, facts: &[(&'static str, String)]) -> Result<(), Error> {
+        let folder = OutputFolder::open(folder);
         let text = |name: &str, text: &[u8]| {
-            let path = folder.join(name);
+            let path = folder.claim(name)?;
             write_whole(&path, |file| file.write_all(text)).map_err(|e: std::io::Error| Error::unwritable(&path, e))
         };
         text("digest.md", self.digest().as_bytes())?;

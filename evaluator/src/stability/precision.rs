@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use halflight_frame_graph::{Part, UniformValue};
+use halflight_metrics::percentile;
 use halflight_native::images::luminance;
 use halflight_renderer::parameters::{Kind, Settings, Value};
 use halflight_scenes::Scene;
@@ -19,8 +20,7 @@ use super::{
 };
 use crate::{
     Error,
-    session::{Frames, Request, Session},
-    statistics::percentile,
+    experiment::session::{Frames, Request, Session},
 };
 
 const GROUP: &str = "precision";

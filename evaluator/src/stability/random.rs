@@ -9,6 +9,7 @@ use std::{
 
 use glam::Vec3;
 use halflight_native::{AdapterChoice, NativeGpu, files::write_whole};
+use halflight_output::OutputFolder;
 use halflight_renderer::{
     gi::Technique,
     parameters::{Kind, Parameter, Role, Settings, Value},
@@ -24,8 +25,8 @@ use proptest::{
 use super::{panic_words, scenes, switches, with_small_shadows};
 use crate::{
     Error,
+    experiment::session::{Request, Session},
     progress::Progress,
-    session::{Request, Session},
 };
 
 /// A configuration as plain numbers.
@@ -357,8 +358,9 @@ impl Configuration {
             self.frames - 1
         );
         let preset = (format!("{name}.preset.toml"), (command + &preset).into_bytes());
+        let folder = OutputFolder::open(folder);
         for (file, bytes) in files.into_iter().chain([preset]) {
-            let path = folder.join(file);
+            let path = folder.claim(&file)?;
             write_whole(&path, |file| std::io::Write::write_all(file, &bytes))
                 .map_err(|e: std::io::Error| Error::unwritable(&path, e))?;
         }

@@ -188,6 +188,7 @@ impl Space<'_> {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 mod tests {
     use halflight_techniques::TECHNIQUES;
 

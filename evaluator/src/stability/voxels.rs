@@ -7,7 +7,7 @@ use halflight_techniques::hierarchical::{Hierarchical, TECHNIQUE, covering_radiu
 use wgpu::TextureFormat;
 
 use super::oracle::{GBuffer, Pixel, Random};
-use crate::session::{Frames, Session};
+use crate::experiment::session::{Frames, Session};
 
 /// Slices of a column.
 const SLICES: f64 = 128.0;

@@ -17,8 +17,9 @@ use halflight_shared_shaders::{
     light_views::{
         choose::{self, Choose},
         collect::{self, Collect},
+        emitters,
         keep::{self, Keep},
-        lit_surfaces::LitSurfaces,
+        lit_surfaces::{self, LitSurfaces},
         pyramid::{self, Pyramid},
     },
     shadow::shadow_map::{self, ShadowMap},
@@ -146,6 +147,12 @@ pub fn plan_light_maps(
         use_map(plan, &maps, index, view);
     }
     Ok(())
+}
+
+/// Whether some pass of the plan finds what lights see.
+pub fn has_light_views(plan: &FramePlan) -> bool {
+    let shaders = [lit_surfaces::FILE, emitters::FILE];
+    plan.passes.iter().any(|pass| shaders.contains(&pass.shader.file()))
 }
 
 /// Bytes of a buffer that every device binds: WebGPU's default.

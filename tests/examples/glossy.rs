@@ -19,7 +19,8 @@ use halflight_evaluator::{
 };
 use halflight_renderer::PassTime;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
-use halflight_tests::{device, request, scenes::polished};
+use halflight_soundness::scenes::polished;
+use halflight_tests::{device, request};
 
 #[derive(Parser)]
 struct Args {

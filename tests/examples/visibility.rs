@@ -22,10 +22,11 @@ use halflight_renderer::{
     truth::{Request as TruthRequest, Stop},
 };
 use halflight_scenes::{Material, Scene, Texture};
-use halflight_tests::{
-    device, known, oracle,
-    voxels::{Grid, answered, answers, surfels_of},
+use halflight_soundness::{
+    oracle,
+    oracle::voxels::{Grid, answered, answers, surfels_of},
 };
+use halflight_tests::{device, known};
 use obvhs::{
     cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh},
     ploc::{PlocBuilder, PlocSearchDistance, SortPrecision},

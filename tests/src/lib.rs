@@ -1,7 +1,4 @@
-//! What the workspace-level tests share: one device for each test binary, scenes small enough to
-//! reason about, and double-precision twins of what the shaders compute.
-
-pub use halflight_evaluator::stability::{oracle, scenes, sectors as bitmask, voxels};
+//! Helpers of the tests that need more than one crate: one device per test binary, bundled scenes, requests and images.
 
 use std::{
     path::{Path, PathBuf},

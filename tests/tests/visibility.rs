@@ -5,10 +5,11 @@ use glam::Vec3;
 use halflight_evaluator::session::Session;
 use halflight_renderer::{SceneFacts, plan_technique, techniques::TECHNIQUES};
 use halflight_scenes::Scene;
-use halflight_tests::{
-    bundled, device, frames, known, mean_luminance, render, request, scenes, settings,
-    voxels::{Grid, answered, answers, surfels_of},
+use halflight_soundness::{
+    oracle::voxels::{Grid, answered, answers, surfels_of},
+    scenes,
 };
+use halflight_tests::{bundled, device, frames, known, mean_luminance, render, request, settings};
 
 /// Rounding of places and slices: float32 knows a place among 320 texels to 3e-5 and a slice to 1e-5 of its range; the
 /// march adds up to a hundred steps to that.

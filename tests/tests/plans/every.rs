@@ -10,7 +10,7 @@ use halflight_renderer::{
 };
 use halflight_scenes::{Environment, Light, Scene};
 use halflight_shared_shaders::{BindingKind, SHADERS, Shader, shader};
-use halflight_tests::scenes;
+use halflight_soundness::scenes;
 
 use super::*;
 

@@ -8,7 +8,8 @@ use halflight_renderer::{
     temporal::frames_until,
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Motion, Moves, Scene};
-use halflight_tests::{bundled, device, frames, known, request, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{bundled, device, frames, known, request, settings};
 
 use super::*;
 

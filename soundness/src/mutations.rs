@@ -1,15 +1,18 @@
-//! Deliberate bugs: each is a textual edit of linked WGSL, and the suite must turn red with it. A suite that stays green
-//! under a bug does not test for it.
+//! Deliberate bugs. Each is a textual edit of linked WGSL, and at least one row must turn red with it: a suite that stays
+//! green with a bug does not test for it.
 
+use halflight_evaluator::{
+    Error,
+    format::number,
+    report::tables::{Cell, Column, Table as Printed, TableRow},
+};
 use halflight_native::{AdapterChoice, NativeGpu};
 use halflight_shared_shaders::{SHADERS, Shader};
 use serde::Serialize;
 
-use super::{Options, Suite};
 use crate::{
-    Error,
-    format::number,
-    report::tables::{Cell, Column, Table as Printed, TableRow},
+    check::Check,
+    suite::{Options, Suite},
 };
 
 /// A bug.
@@ -17,22 +20,22 @@ use crate::{
 pub struct Mutation {
     /// What is wrong.
     pub name: &'static str,
-    /// Text of the linked shaders and what takes its place; in every shader that has it.
+    /// Text of the linked shaders and its replacement, in every shader that contains it.
     pub edits: &'static [(&'static str, &'static str)],
-    /// Rows that are run to catch it; others may turn red as well.
+    /// Rows that run to catch it. Others may turn red as well.
     pub rows: &'static [&'static str],
-    /// What on some adapters hides the bug, so that no row can see it there.
+    /// Why no row can catch the bug on some adapters.
     pub hidden_by: Option<&'static str>,
 }
 
 impl Mutation {
-    /// The shaders that have the bug, each with its text.
+    /// The shaders that the bug changes, each with its text.
     ///
     /// # Errors
-    /// Where an edit finds nothing to edit.
+    /// Where an edit matches no shader.
     fn edited(&self) -> Result<Vec<(&'static Shader, String)>, Error> {
         if let Some((from, _)) = self.edits.iter().find(|(from, _)| !SHADERS.iter().any(|s| s.source.contains(from))) {
-            return Err(Error::Failed(format!("\"{}\": no shader holds `{from}`; write the edit anew", self.name)));
+            return Err(Error::Failed(format!("\"{}\": no shader contains `{from}`: update the edit", self.name)));
         }
         let edit = |shader: &Shader| {
             self.edits.iter().fold(shader.source.to_owned(), |source, (from, to)| source.replace(from, to))
@@ -78,7 +81,7 @@ pub const MUTATIONS: &[Mutation] = &[
         hidden_by: None,
     },
     Mutation {
-        name: "samples off the screen are shared out among the others",
+        name: "light of samples outside the screen is distributed to the others",
         edits: &[
             ("var sum = vec3f(0.0);\n    {", "var sum = vec3f(0.0);\n    var inside = 0.0;\n    {"),
             (
@@ -152,9 +155,7 @@ pub const MUTATIONS: &[Mutation] = &[
             ("radiance = min(radiance, vec3f(", "radiance = max(radiance, 0.0 * vec3f("),
         ],
         rows: &["radiance 1e30", "radiance 1e6"],
-        hidden_by: Some(
-            "an adapter that cuts off what float16 does not hold stores 65,504 with the clamp and without it",
-        ),
+        hidden_by: Some("an adapter that saturates float16 stores 65,504 with and without the clamp"),
     },
     Mutation {
         name: "radiance may be the largest float: sums overflow",
@@ -196,13 +197,13 @@ pub const MUTATIONS: &[Mutation] = &[
         hidden_by: None,
     },
     Mutation {
-        name: "chosen virtual lights do not say how many they stand for",
+        name: "chosen virtual point lights lack the weight of those not chosen",
         edits: &[("standing_for(i, stride / importance)", "standing_for(i, 1.0)")],
         rows: &["absolute units"],
         hidden_by: None,
     },
     Mutation {
-        name: "the lights between every n-th one are forgotten",
+        name: "a stride over lights without its weight",
         edits: &[("return sum * f32(params.stride);", "return sum;")],
         rows: &["absolute units"],
         hidden_by: None,
@@ -215,34 +216,34 @@ pub const MUTATIONS: &[Mutation] = &[
     },
 ];
 
-/// What came of one bug.
+/// Result of one bug.
 #[derive(Clone, Debug, Serialize)]
 pub struct Caught {
     /// The bug.
     pub name: &'static str,
-    /// Shaders that were edited.
+    /// Number of edited shaders.
     pub shaders: usize,
-    /// Checks that turned red, of how many.
+    /// Number of red checks.
     pub red: usize,
-    /// Checks that were run.
+    /// Number of checks.
     pub checks: usize,
-    /// The clearest of them: row, technique, measure, value and bound.
+    /// The red check that exceeds its bound most: row, technique, metric, value and bound.
     pub by: Option<String>,
-    /// What may hide the bug on this adapter.
+    /// Why no row may catch the bug on this adapter.
     pub hidden_by: Option<&'static str>,
 }
 
 impl Caught {
-    /// Whether the suite missed a bug that shows.
+    /// Whether no row caught the bug although one should.
     pub fn is_missed(&self) -> bool {
         self.by.is_none() && self.hidden_by.is_none()
     }
 }
 
-/// Runs the rows of each bug on a device of its own.
+/// Runs the rows of each wanted bug, each on a new device.
 ///
 /// # Errors
-/// Where an edit finds nothing to edit, or there is no adapter.
+/// Where an edit matches no shader or breaks one, or there is no adapter.
 pub fn run(adapter: &AdapterChoice, wanted: impl Fn(&Mutation) -> bool, quick: bool) -> Result<Vec<Caught>, Error> {
     let mut all = Vec::new();
     for mutation in MUTATIONS.iter().filter(|mutation| wanted(mutation)) {
@@ -254,16 +255,16 @@ pub fn run(adapter: &AdapterChoice, wanted: impl Fn(&Mutation) -> bool, quick: b
         }
         let rows = mutation.rows.iter().map(|row| (*row).to_owned()).collect();
         let table = Suite::run(&native, &Options { techniques: Vec::new(), quick, rows })?;
-        // A shader that does not compile would be red for another reason.
+        // A shader that does not compile would be red for the wrong reason.
         let red: Vec<_> = table
             .checks
             .iter()
-            .filter(|check| check.is_red() && !["panics", "errors"].contains(&check.measure))
+            .filter(|check| check.is_red() && !["panics", "errors"].contains(&check.metric))
             .collect();
-        if let Some(broken) = table.checks.iter().find(|check| check.measure == "panics") {
+        if let Some(broken) = table.checks.iter().find(|check| check.metric == "panics") {
             return Err(Error::Failed(format!("\"{}\" does not compile: {}", mutation.name, broken.detail)));
         }
-        let over = |check: &&&super::Check| {
+        let over = |check: &&&Check| {
             let bound = check.bound.unwrap_or(1.0);
             if check.worst.is_nan() || bound <= 0.0 { f64::INFINITY } else { check.worst / bound }
         };
@@ -281,7 +282,7 @@ pub fn run(adapter: &AdapterChoice, wanted: impl Fn(&Mutation) -> bool, quick: b
                     check.row,
                     check.technique,
                     check.settings,
-                    check.measure,
+                    check.metric,
                     number(check.worst, 3)
                 )
             }),
@@ -307,8 +308,8 @@ pub fn table(all: &[Caught]) -> Printed {
     };
     Printed {
         title: "deliberate bugs".into(),
-        caption: "Each bug is an edit of the shaders' text; the suite is run with it, on a device of its own.".into(),
-        columns: ["bug", "result", "red checks", "the clearest of them"].map(Column::text).into(),
+        caption: "Each bug is an edit of the shaders' text. The rows run with it on a new device.".into(),
+        columns: ["bug", "result", "red checks", "the clearest one"].map(Column::text).into(),
         rows: all.iter().map(row).collect(),
     }
 }

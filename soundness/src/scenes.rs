@@ -1,7 +1,9 @@
-//! Scenes made of a few quads, with closed forms behind them.
+//! Scenes made of a few quads, most with a closed form, and the bundled scenes.
+
+use std::path::Path;
 
 use glam::Vec3;
-use halflight_scenes::{Camera, Light, Material, Mesh, Scene};
+use halflight_scenes::{Camera, Keyframe, Light, Material, MemoryFiles, Mesh, Motion, Scene, load_scene};
 
 /// A flat quad: corner and two edges; its normal is the cross product of the edges.
 pub fn quad(corner: Vec3, u: Vec3, v: Vec3, material: usize) -> Mesh {
@@ -130,4 +132,57 @@ pub fn triangle(material: Material) -> Scene {
         lights: vec![sun()],
         ..Scene::default()
     }
+}
+
+/// A scene that is part of the program, by name.
+///
+/// # Panics
+/// Where no such scene is part of the program.
+pub fn bundled(name: &str) -> Scene {
+    let text = match name {
+        "atrium" => include_str!("../../scenes/atrium.toml"),
+        "bars" => include_str!("../../scenes/bars.toml"),
+        "cornell" => include_str!("../../scenes/cornell.toml"),
+        "furnace" => include_str!("../../scenes/furnace.toml"),
+        "motion" => include_str!("../../scenes/motion.toml"),
+        other => panic!("no bundled scene is called {other}"),
+    };
+    let files = MemoryFiles::from_iter([("scene.toml", text)]);
+    load_scene(&files, Path::new("scene.toml")).expect("a bundled scene loads")
+}
+
+/// The scene with every length multiplied by this factor, and the same irradiance everywhere.
+pub fn scaled(scene: &Scene, factor: f32) -> Scene {
+    let mut scene = scene.clone();
+    let scale = |v: &mut [f32; 3]| *v = v.map(|x| x * factor);
+    scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions).for_each(scale);
+    for light in &mut scene.lights {
+        match light {
+            Light::Directional { .. } => {}
+            // Irradiance falls with the squared distance.
+            Light::Point { position, intensity } | Light::Spot { position, intensity, .. } => {
+                scale(position);
+                *intensity = intensity.map(|v| v * factor * factor);
+            }
+        }
+    }
+    scale(&mut scene.camera.eye);
+    scale(&mut scene.camera.target);
+    scene
+}
+
+/// A scene with everything that a setting may need: glossy and emissive materials, solid and open meshes, motion.
+pub fn everything() -> Scene {
+    let mut scene = court();
+    scene.name = "everything".into();
+    scene.meshes.push(block(Vec3::new(0.6, 0.0, -0.5), Vec3::new(1.2, 0.9, 0.1), 0));
+    let glossy = Material { specular: [0.5; 3], phong_exponent: 30.0, ..grey(0.4) };
+    scene.materials.push(glossy);
+    scene.meshes[1].material = 2;
+    scene.meshes[3].object = Some(0);
+    let keyframes = vec![Keyframe::default(), Keyframe { frame: 3, translate: [0.2, 0.0, 0.1], ..Keyframe::default() }];
+    scene.moves.objects.push(Motion { pivot: [0.0; 3], keyframes });
+    scene.meshes.push(Mesh { material: 3, ..quad(Vec3::new(-1.8, 0.2, 0.0), 0.5 * Vec3::X, Vec3::Y, 3) });
+    scene.materials.push(Material { emission: [1.0, 0.8, 0.6], ..grey(0.2) });
+    scene
 }

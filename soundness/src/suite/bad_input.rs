@@ -1,14 +1,15 @@
-//! Bad input: each gives one sentence that names the file and the line, key or name, and the mend; what can be mended is
-//! mended and told.
+//! Bad input: each gives one sentence that names the file and line, key or name, and the fix. What the program can repair
+//! it repairs, with a warning.
 
 use std::path::Path;
 
+use halflight_evaluator::grid::Grid;
 use halflight_native::AdapterChoice;
 use halflight_renderer::{parameters::Settings, preset::Preset};
 use halflight_scenes::{MemoryFiles, Scene, load_scene};
 
-use super::{Check, Suite};
-use crate::grid::Grid;
+use super::Suite;
+use crate::check::Check;
 
 const GROUP: &str = "bad input";
 
@@ -16,7 +17,7 @@ const TRIANGLE: &str = "mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 
 const SCENE: &str = "[[model]]\npath = 'm.obj'\n[camera]\neye = [0.0, 0.0, 3.0]\ntarget = [0.0, 0.0, 0.0]\n";
 const GRID: &str = "scenes = ['s.toml']\nsize = ['16x9']\n[[sweep]]\ntechnique = 'hierarchical'\n";
 
-/// A file that stands in for a good one (`None`: it is missing), and what the sentence must hold.
+/// The row, the file that is replaced, its text (`None`: the file is missing), and what the sentence must contain.
 type Row = (&'static str, &'static str, Option<&'static str>, &'static [&'static str]);
 
 /// Files that are refused.
@@ -43,15 +44,15 @@ const REFUSED: &[Row] = &[
     ),
 ];
 
-/// Files that are mended, with a warning.
-const MENDED: &[Row] = &[
+/// Files that are repaired, with a warning.
+const REPAIRED: &[Row] = &[
     ("a missing MTL", "m.mtl", None, &["m.mtl"]),
     ("a missing texture", "m.mtl", Some("newmtl m\nmap_Kd gone.png\n"), &["m.mtl", "gone.png", "checker"]),
     ("a broken texture", "m.mtl", Some("newmtl m\nmap_Kd broken.png\n"), &["m.mtl", "broken.png", "checker"]),
     ("albedo above 1 in an MTL", "m.mtl", Some("newmtl m\nKd 7 1 1\n"), &["m.mtl", "Kd", "clamped"]),
 ];
 
-/// Grid files.
+/// Grid files that are refused: row, text to replace, its replacement, and what the sentence must contain.
 const GRIDS: &[(&str, &str, &str, &[&str])] = &[
     ("an unknown key of a grid file", "size", "siez", &["g.toml:2", "did you mean `size`"]),
     ("a value out of range in a grid file", "16x9", "0x9", &["g.toml:2", "1 to 16384"]),
@@ -87,7 +88,7 @@ pub(super) fn run(suite: &mut Suite) {
     for &(row, file, text, parts) in REFUSED {
         suite.sentence(row, parts, || load(file, text).err());
     }
-    for &(row, file, text, parts) in MENDED {
+    for &(row, file, text, parts) in REPAIRED {
         suite.sentence(row, parts, || load(file, text).ok().map(|scene| scene.warnings.join(" ")));
     }
     for &(row, from, to, parts) in GRIDS {
@@ -105,15 +106,15 @@ pub(super) fn run(suite: &mut Suite) {
 }
 
 impl Suite<'_> {
-    /// A row whose sentence must be one line and hold these parts.
+    /// A row whose message must be one line that contains these parts.
     fn sentence(&mut self, row: &str, parts: &[&str], say: impl FnOnce() -> Option<String>) {
         if !self.wants(GROUP, row) {
             return;
         }
         self.guarded(Check::new(GROUP, row, "readers", &Settings::new()), |check| {
-            let sentence = say().unwrap_or_else(|| "nothing was said".into());
+            let sentence = say().unwrap_or_else(|| "no message".into());
             let missing = parts.iter().filter(|part| !sentence.contains(**part)).count() + sentence.lines().count() - 1;
-            let reason = "one sentence that names the place and the mend";
+            let reason = "one sentence that names the position and the fix";
             let check = check.clone().bounded("parts that the sentence lacks", missing as f64, 0.0, reason);
             Ok(vec![check.detail(sentence)])
         });

@@ -1,22 +1,27 @@
-//! Scenes of which one knows without calculating what their light is.
+//! Scenes whose light is known in closed form.
 
 use glam::Vec3;
+use halflight_evaluator::{
+    Error,
+    session::{Frames, Request, Session},
+};
 use halflight_renderer::{
     parameters::{Kind, Settings, Value},
     techniques::Technique,
 };
 use halflight_scenes::Scene;
 
-use super::{Check, Suite, extremes::bundled, parameter, scenes, with_small_shadows};
+use super::Suite;
 use crate::{
-    Error,
-    session::{Frames, Request, Session},
+    check::Check,
+    scenes::{self, bundled},
+    settings::{parameter, with_small_shadows},
 };
 
 pub(super) const GROUP: &str = "closed forms";
 
-/// What float16 may change of a unit normal's length: a driver may cut off what it cannot hold, 2^-11 of each
-/// coordinate, which add up to sqrt(3) times that.
+/// Largest change of a unit normal's length by float16. A driver may truncate instead of rounding, which changes each
+/// coordinate by up to 2^-11, and the length by sqrt(3) times that.
 pub(super) const SHORT_NORMAL: f64 = 8.46e-4;
 
 pub(super) fn run(suite: &mut Suite) {
@@ -31,7 +36,7 @@ pub(super) fn run(suite: &mut Suite) {
 
 type Row = fn(&Session, &'static Technique, &Settings, &Check) -> Result<Vec<Check>, Error>;
 
-/// A row with every technique, one value at a time.
+/// Runs a row with every technique, one value at a time.
 fn each(suite: &mut Suite, row: &str, scene: &Scene, run: Row) {
     if !suite.wants(GROUP, row) {
         return;
@@ -70,10 +75,10 @@ fn alone(
 ) -> Result<Vec<Check>, Error> {
     let frames = frame(session, technique, settings, [1, 1])?;
     let light = mean(&frames, "indirect")?;
-    // Lights see what the screen does not.
+    // Reflective shadow maps show more than the screen.
     if frames.plan().passes.iter().any(|pass| pass.shader.starts_with("light_views/")) {
-        let reason = "it is lit by what the lights see besides it";
-        return Ok(vec![check.clone().told("indirect light", light, reason)]);
+        let reason = "surfaces in reflective shadow maps light it";
+        return Ok(vec![check.clone().reported("indirect light", light, reason)]);
     }
     let reason = "a surface does not light itself, and nothing else is in view";
     Ok(vec![check.clone().bounded("indirect light", light, 0.0, reason)])
@@ -119,12 +124,12 @@ fn furnace(
     Ok(vec![if exact {
         check.clone().bounded(measure, largest / sent, 1.02, "discs overlap a little in a corner")
     } else {
-        check.clone().told(measure, largest / sent, "samples and unbounded form factors scatter about it")
+        check.clone().reported(measure, largest / sent, "samples and unbounded form factors scatter about it")
     }])
 }
 
-/// Settings that leave the hierarchical technique its promise that the nearest surface lends its light where no other
-/// does: those of the filters, of storage and of the form factor.
+/// Settings under which the hierarchical technique promises that no surface is black in a scene where everything glows:
+/// those of the filters, the storage and the form factor.
 const KEEPS_LIGHT: [&str; 7] =
     ["start_resolution", "pyramid_filter", "upsampling_kernel", "storage", "disc_area", "form_factor", "temporal_a"];
 
@@ -143,15 +148,14 @@ fn none_is_black(
         && settings.keys().all(|key| KEEPS_LIGHT.iter().any(|name| key.ends_with(&format!(".{name}"))));
     let check = check.clone().detail(format!("of {} pixels", light.len()));
     Ok(vec![if promised || technique.name == "exhaustive" {
-        let reason =
-            "every surface faces others that glow; where no parent agrees, the nearest in depth lends its light";
+        let reason = "every surface faces emissive ones; where all bilateral weights are zero, the texel nearest in depth is used";
         check.bounded(measure, black as f64, 0.0, reason)
     } else {
-        check.told(measure, black as f64, "a ray or a ring may miss all that glows")
+        check.reported(measure, black as f64, "a ray or a ring may miss all that glows")
     }])
 }
 
-/// The court, its back wall with vertex normals that part by 120 degrees.
+/// The court with vertex normals on its back wall that differ by 120 degrees.
 fn parted_normals() -> Scene {
     let mut scene = scenes::court();
     scene.name = "parted normals".into();
@@ -186,8 +190,8 @@ fn sum_of_parts(
     let Some(light) = frames.read_rgb("indirect")? else { return Ok(Vec::new()) };
     let read = |name| frames.read_rgb(name).map(|pixels| pixels.unwrap_or_default());
     let (whole, direct, albedo) = (read("final")?, read("direct")?, read("albedo")?);
-    // 2^-10 of a number of 11 bits whose rest is cut off, and for albedo of 8 bits half a step of its sRGB code, within
-    // which a driver may decode it: that has 2.4 times its relative size at most.
+    // A truncated 11-bit number is off by up to 2^-10. A driver may decode 8-bit sRGB albedo with an error of half a code,
+    // which the transfer function amplifies by 2.4 at most.
     let half_step =
         |albedo: f64| 2.4 * albedo * 0.5 / (255.0 * (1.055 * albedo.powf(1.0 / 2.4) - 0.055).max(1.0 / 255.0));
     let mut worst = 0.0f64;
@@ -203,7 +207,7 @@ fn sum_of_parts(
     Ok(vec![check.clone().bounded("largest difference over what storage allows", worst, 1.0, reason)])
 }
 
-/// Bounces in a closed white room: a bounce cannot send more than it received.
+/// Bounces in a closed white room, where a bounce cannot send more than it received.
 fn bouncing(suite: &mut Suite) {
     let row = "bounces in a closed white room";
     if !suite.wants(GROUP, row) {

@@ -1,13 +1,17 @@
-//! Random scenes, cameras, sizes and settings: none may panic, write a value that is not finite, or take too long. One
-//! that does is made as small as it can be and written out as a scene and a preset.
+//! Random scenes, cameras, sizes and settings. None may panic, write a value that is not finite, or take too long. One that
+//! does is shrunk to the smallest that still fails, and written as a scene and a preset.
 
 use std::{
-    panic::{AssertUnwindSafe, catch_unwind},
     path::Path,
     time::{Duration, Instant},
 };
 
 use glam::Vec3;
+use halflight_evaluator::{
+    Error,
+    progress::Progress,
+    session::{Request, Session},
+};
 use halflight_native::{AdapterChoice, NativeGpu, files::write_whole};
 use halflight_renderer::{
     parameters::{Kind, Parameter, Role, Settings, Value},
@@ -21,11 +25,12 @@ use proptest::{
     test_runner::{Config, RngAlgorithm, TestRng, TestRunner},
 };
 
-use super::{panic_words, scenes, switches, with_small_shadows};
 use crate::{
-    Error,
-    progress::Progress,
-    session::{Request, Session},
+    check::Check,
+    panics::caught,
+    scenes,
+    settings::{with_small_shadows, words},
+    switches,
 };
 
 /// A configuration as plain numbers.
@@ -40,14 +45,14 @@ pub struct Configuration {
     aim: Option<prop::sample::Index>,
     vertical_fov_degrees: f32,
     camera_steps: bool,
-    /// What the parts are added to: 0 nothing, 1 a court in the sun, 2 a court by lamplight, 3 a white room.
+    /// Scene that the parts are added to: 0 none, 1 a sunlit court, 2 a court lit by an emitter, 3 a white room.
     base: u8,
     /// Whether the camera is the base's own.
     base_camera: bool,
     parts: Vec<Part>,
     lights: Vec<Lamp>,
     technique: prop::sample::Index,
-    /// For each parameter of the technique, where in its range it is; `None` for the default.
+    /// For each parameter of the technique, its position in its range from 0 to 1; `None` for the default.
     settings: Vec<Option<f64>>,
 }
 
@@ -78,7 +83,7 @@ struct Lamp {
     half_angle_degrees: f32,
 }
 
-/// Mostly near the origin, sometimes on it, sometimes far or minute.
+/// Mostly near the origin, sometimes on it, sometimes very large or small.
 fn coordinate() -> impl Strategy<Value = f32> {
     prop_oneof![
         6 => -3.0f32..3.0,
@@ -171,12 +176,15 @@ fn configuration() -> impl Strategy<Value = Configuration> {
         })
 }
 
-/// A number of this range at a place from 0 to 1. Where it spans magnitudes, as lengths of scenes of any size do, each
-/// magnitude has the same share.
-fn within(low: f64, high: f64, place: f64) -> f64 {
+/// The number at a position from 0 to 1 in a range. In a range over several orders of magnitude, as those of lengths, each
+/// order has the same share.
+fn within(low: f64, high: f64, position: f64) -> f64 {
     let least = low.max(1e-3);
-    let number =
-        if low >= 0.0 && high > 1e3 * least { least * (high / least).powf(place) } else { low + place * (high - low) };
+    let number = if low >= 0.0 && high > 1e3 * least {
+        least * (high / least).powf(position)
+    } else {
+        low + position * (high - low)
+    };
     number.clamp(low, high)
 }
 
@@ -186,17 +194,17 @@ impl Configuration {
         self.technique.get(TECHNIQUES)
     }
 
-    /// Its settings. Constants of pipelines take one of a few values, so that pipelines come again; numbers take any.
+    /// Its settings. Override constants take one of a few values, so that pipelines are reused; other numbers take any.
     pub fn settings(&self) -> Settings {
-        let value = |(parameter, place): (Parameter, &Option<f64>)| {
-            let place = (*place)?;
+        let value = |(parameter, position): (Parameter, &Option<f64>)| {
+            let position = (*position)?;
             let few = || {
                 let mut values = switches::values(&parameter);
                 values.extend(parameter.grid.iter().cloned());
-                values[((place * values.len() as f64) as usize).min(values.len() - 1)].clone()
+                values[((position * values.len() as f64) as usize).min(values.len() - 1)].clone()
             };
             let value = match (parameter.kind, parameter.role) {
-                (Kind::Float(low, high), Role::Uniform | Role::Plan) => Value::Float(within(low, high, place)),
+                (Kind::Float(low, high), Role::Uniform | Role::Plan) => Value::Float(within(low, high, position)),
                 _ => few(),
             };
             Some((parameter.key(), value))
@@ -213,7 +221,7 @@ impl Configuration {
             _ => Scene::default(),
         };
         scene.name = "random".into();
-        // Names tell materials apart where the scene is written to files.
+        // Distinct names, because the files of a scene refer to materials by name.
         scene.materials.iter_mut().enumerate().for_each(|(i, material)| material.name = format!("base_{i}"));
         for (number, part) in self.parts.iter().enumerate() {
             let index = scene.materials.len();
@@ -232,7 +240,7 @@ impl Configuration {
                     }
                 }
             };
-            // As a file's reader would.
+            // As the reader of a file does.
             mesh.normals.iter_mut().for_each(|n| *n = Vec3::from(*n).try_normalize().unwrap_or(Vec3::Y).to_array());
             if let Some(normal) = part.normal {
                 mesh.normals[0] = Vec3::from(normal).try_normalize().unwrap_or(Vec3::Y).to_array();
@@ -275,7 +283,7 @@ impl Configuration {
             });
         }
         let part = self.aim.filter(|_| !self.parts.is_empty()).map(|aim| aim.get(&self.parts));
-        // Half way along both edges: on the part.
+        // On the part, near its middle.
         let middle = |part: &Part| {
             let [u, v] = part.edges.map(Vec3::from);
             (Vec3::from(part.corner) + 0.45 * (u + v)).to_array()
@@ -293,12 +301,12 @@ impl Configuration {
         scene
     }
 
-    /// What is wrong with it; `None` where nothing is, and whether it shows indirect light.
+    /// The fault, `None` where there is none, and whether the image shows indirect light.
     fn judge(&self, native: &NativeGpu) -> (Option<String>, bool) {
         let start = Instant::now();
-        let result = catch_unwind(AssertUnwindSafe(|| self.run(native)));
+        let result = caught(|| self.run(native));
         let (fault, lit) = match result {
-            Err(panic) => (Some(format!("panics: {}", panic_words(&*panic))), false),
+            Err(message) => (Some(format!("panics: {message}")), false),
             Ok(Err(error)) => (Some(format!("fails: {error}")), false),
             Ok(Ok(found)) => found,
         };
@@ -313,7 +321,7 @@ impl Configuration {
         let request = Request { technique: self.technique(), settings, size: self.size, seed: self.seed, direct: None };
         let mut frames = match session.frames(&request) {
             Ok(frames) => frames,
-            // A combination that the technique refuses, with a sentence.
+            // The technique refuses this combination with a message.
             Err(Error::BadInput(sentence)) if sentence.contains(self.technique().name) => return Ok((None, false)),
             Err(error) => return Err(error),
         };
@@ -366,22 +374,33 @@ impl Configuration {
     }
 }
 
-/// A frame of at most 64x48 pixels that takes longer hangs, for all that one can say.
+/// A frame of at most 64x48 pixels that takes longer counts as hanging.
 const TOO_LONG: Duration = Duration::from_secs(60);
-/// Steps of making a configuration smaller.
+/// Largest number of shrinking steps.
 const SHRINKS: usize = 400;
-/// Configurations between two devices: pipelines of a device are kept as long as it is.
+/// Configurations per device, because a device keeps its pipelines as long as it exists.
 const A_DEVICE: usize = 250;
 
 /// What a run of random configurations found.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// Configurations that were run.
+    /// Number of configurations.
     pub run: usize,
-    /// Those that showed indirect light.
+    /// Number of those that showed indirect light.
     pub lit: usize,
-    /// Faults, each as small as it could be made, in words.
+    /// Faults as text, each of the smallest configuration found.
     pub faults: Vec<String>,
+}
+
+impl Outcome {
+    /// The outcome as a check of a table.
+    pub fn check(&self) -> Check {
+        let reason = "none panics, hangs or writes a value that is not finite or negative light";
+        let faults = self.faults.join("; ");
+        Check::new("random", "random scenes, cameras, sizes and settings", "all", &Settings::new())
+            .bounded("faults", self.faults.len() as f64, 0.0, reason)
+            .detail(format!("{} configurations, {} with indirect light; {faults}", self.run, self.lit))
+    }
 }
 
 /// Runs `count` configurations, the same ones for the same seed; faults are written to `folder` where one is given.
@@ -424,12 +443,12 @@ pub fn run(adapter: &AdapterChoice, count: usize, seed: u64, folder: Option<&Pat
                 (smallest, fault) = (tree.current(), found);
             }
         }
-        let words =
-            format!("{fault}: {} {} {smallest:?}", smallest.technique().name, super::words(&smallest.settings()));
+        let description =
+            format!("{fault}: {} {} {smallest:?}", smallest.technique().name, words(&smallest.settings()));
         if let Some(folder) = folder {
             smallest.write(folder, outcome.faults.len(), &fault)?;
         }
-        outcome.faults.push(words);
+        outcome.faults.push(description);
         native = open()?;
     }
     progress.finish(&format!("{count} random configurations, {} faults", outcome.faults.len()));

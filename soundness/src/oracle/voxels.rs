@@ -1,6 +1,7 @@
-//! The voxel grid and its rays once more, in double precision on the CPU: every column on the way is clipped on its
-//! own, where the shader steps from one to the next.
+//! The view-space voxel grid and its rays in float64 on the CPU. Every column on the way is clipped separately, where the
+//! shader steps from one to the next.
 
+use halflight_evaluator::session::{Frames, Session};
 use halflight_renderer::{
     SceneFacts,
     parameters::Settings,
@@ -10,8 +11,7 @@ use halflight_renderer::{
 };
 use wgpu::TextureFormat;
 
-use super::oracle::{GBuffer, Pixel, Random};
-use crate::session::{Frames, Session};
+use super::{GBuffer, Pixel, Random};
 
 /// Slices of a column.
 const SLICES: f64 = 128.0;
@@ -32,7 +32,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// The finest grid, as the raster passes left it.
+    /// The finest grid, as the raster passes wrote it.
     ///
     /// # Panics
     /// Where the plan has no voxels.
@@ -68,13 +68,13 @@ impl Grid {
         Self { size, scale: 2 * self.scale, columns: columns.collect(), ..self.clone() }
     }
 
-    /// Share of the voxels that are set.
+    /// Fraction of the voxels that are set.
     pub fn filled(&self) -> f64 {
         self.columns.iter().map(|c| f64::from(c.count_ones())).sum::<f64>() / (SLICES * self.columns.len() as f64)
     }
 
-    /// Whether the grid hides `source` from `receiver`, with every border moved outwards by `slack` (texels, slices):
-    /// with some slack and with as much the other way, answers differ where rounding may decide.
+    /// Whether the grid occludes `source` from `receiver`, with every voxel border moved outwards by `slack` (texels, slices).
+    /// Where the answers for a small slack and its negative differ, rounding may decide.
     pub fn hides(&self, surfels: &GBuffer, receiver: &Pixel, source: &Pixel, slack: f64) -> bool {
         let place = |pixel: &Pixel| -> [f64; 2] {
             let sign = [1.0, -1.0];
@@ -85,8 +85,8 @@ impl Grid {
         };
         let (from, to) = (place(receiver), place(source));
         let toward = source.position - receiver.position;
-        // A voxel is as wide as a texel at its depth and as deep as a slice along the view ray; one that holds a point
-        // of the ray this far along, and a point of the end's plane, ends where the ray is higher than it is wide.
+        // A voxel is as wide as a texel at its depth and as deep as a slice along the view ray. From this fraction of the ray
+        // on, the ray is higher above the end's plane than a voxel is wide, so that no voxel contains points of both.
         let clear = |end: &Pixel, other: &Pixel, height: f64| {
             let column = |axis: usize| {
                 2.0 * f64::from(self.scale) * surfels.tan_half_fov[axis] / f64::from(surfels.display_size[axis])
@@ -149,10 +149,11 @@ impl Grid {
     }
 }
 
-/// A receiver and a source by their texels.
+/// The texels of a receiver and of a source.
 pub type Pair = [u32; 4];
 
-/// Pairs of surfels of one level as a gather takes them: the source in the receiver's ring, each facing the other.
+/// Pairs of surfels of one level as the gather takes them: the source lies in the receiver's ring, and they face each
+/// other.
 pub fn ring_pairs(surfels: &GBuffer, k: u32, parameters: &Hierarchical, start: [u32; 2], count: usize) -> Vec<Pair> {
     let radius = match parameters.radius {
         0.0 => covering_radius(parameters.ring, parameters.levels, start),
@@ -162,7 +163,7 @@ pub fn ring_pairs(surfels: &GBuffer, k: u32, parameters: &Hierarchical, start: [
     let [width, height] = surfels.size;
     let mut random = Random(u64::from(k) + 1);
     let mut pairs = Vec::new();
-    // A scene may have no pairs at all.
+    // Bounded, because a scene may have no such pair.
     for _ in 0..1000 * count {
         let at = [random.unit() * f64::from(width), random.unit() * f64::from(height)];
         let distance = (inner * inner + random.unit() * (outer * outer - inner * inner)).sqrt();

@@ -1,6 +1,11 @@
-//! Shaders against their double-precision twins on the same inputs, and what each storage format costs in accuracy.
+//! Shaders against float64 implementations on the CPU with the same inputs, and the error of each storage format.
 
 use glam::DVec3;
+use halflight_evaluator::{
+    Error,
+    session::{Frames, Request, Session},
+    statistics::percentile,
+};
 use halflight_native::images::luminance;
 use halflight_renderer::{
     UniformValue,
@@ -10,20 +15,16 @@ use halflight_renderer::{
 };
 use halflight_scenes::Scene;
 
-use super::{
-    Check, Suite,
-    closed_forms::SHORT_NORMAL,
-    extremes::bundled,
-    oracle::{GBuffer, GatherTwin},
-    parameter, scenes,
-    sectors::Gather,
-    voxels::{Grid, answered, answers, surfels_of},
-    with_small_shadows,
-};
+use super::{Suite, closed_forms::SHORT_NORMAL};
 use crate::{
-    Error,
-    session::{Frames, Request, Session},
-    statistics::percentile,
+    check::Check,
+    oracle::{
+        GBuffer, GatherTwin,
+        sectors::Gather,
+        voxels::{Grid, answered, answers, surfels_of},
+    },
+    scenes::{self, bundled},
+    settings::{parameter, with_small_shadows},
 };
 
 const GROUP: &str = "precision";
@@ -53,8 +54,8 @@ fn frame<'a>(session: &Session<'a>, name: &str, settings: &Settings, size: [u32;
     Ok(frames)
 }
 
-/// Errors of each pixel relative to its value, or to the mean where it is darker: between surfaces that all but share a
-/// plane, float32 knows a cosine to so many digits after the point, and not to so many of its own.
+/// Errors of each pixel relative to its value, or to the mean where the pixel is darker. Between nearly coplanar surfaces
+/// the cosine is a small difference, whose absolute error float32 bounds but not its relative error.
 fn relative_errors(exact: &[DVec3], got: &[[f32; 3]]) -> Vec<f64> {
     let mean = exact.iter().map(|v| v.element_sum() / 3.0).sum::<f64>() / exact.len().max(1) as f64;
     let error = |(exact, got): (&DVec3, &[f32; 3])| {
@@ -89,14 +90,14 @@ fn exhaustive(suite: &mut Suite) {
                 let exact = GBuffer::read(&frames).exhaustive(form_factor == "eq4");
                 let got = frames.read_rgb("indirect")?.unwrap_or_default();
                 let worst = relative_errors(&exact, &got).into_iter().fold(0.0, f64::max);
-                let reason = "float32 knows the direction between neighbours of 48 a row to 3 x 2^-24 x 48 = 9e-6; ten of them may add up";
+                let reason = "float32 gives the direction between neighbours of 48 per row to 3 x 2^-24 x 48 = 9e-6; ten such errors may add up";
                 Ok(vec![check.clone().bounded("largest relative error", worst, 1e-4, reason)])
             });
         }
     }
 }
 
-/// One gather of every level against the same samples in double precision.
+/// The gather of every level against the same samples in float64.
 fn gather(suite: &mut Suite) {
     let row = "gather against float64";
     if !asked(suite, "hierarchical", row) {
@@ -115,7 +116,7 @@ fn gather(suite: &mut Suite) {
                 ];
                 let settings = settings("hierarchical", &values);
                 let check = Check::new(GROUP, row, "hierarchical", &settings).detail(scene.name.clone());
-                // 61 is odd on every level: the last texels reach beyond the screen.
+                // 61 is odd on every level, so that the last texels extend beyond the screen.
                 suite.guarded(check, |check| gather_levels(&session, &settings, [80, 61], check));
             }
         }
@@ -156,7 +157,8 @@ fn gather_levels(session: &Session, settings: &Settings, size: [u32; 2], check: 
         let got: Vec<[f32; 3]> = texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
         let mut errors = relative_errors(&exact, &got);
         let worst = percentile(&mut errors, 0.97);
-        let reason = "as the exhaustive sum; three receivers of a hundred may have a sample whose place rounds into another texel";
+        let reason =
+            "as the exhaustive sum; 3 % of the receivers may have a sample whose position rounds into another texel";
         checks.push(
             check.clone().bounded("97th percentile of the relative error", worst, 1e-4, reason).detail(format!(
                 "{}, level {k}; median {:.1e}",
@@ -168,7 +170,7 @@ fn gather_levels(session: &Session, settings: &Settings, size: [u32; 2], check: 
     Ok(checks)
 }
 
-/// What packing a surface into 128 bits costs: the double-precision sum over surfels against that over the G-buffer.
+/// The error of packing a surface into 128 bits: the float64 sum over surfels against that over the G-buffer.
 fn surfels(suite: &mut Suite) {
     let row = "packed surfels against the G-buffer, both in float64";
     if !asked(suite, "hierarchical", row) {
@@ -187,31 +189,31 @@ fn surfels(suite: &mut Suite) {
             let before = mean(&mut whole.iter().map(|v| f64::from(luminance(v.as_vec3().to_array()))));
             let after = mean(&mut packed.iter().map(|&v| f64::from(luminance(v))));
             let mut errors = relative_errors(&whole, &packed);
-            // Radiance has 12 bits under a shared exponent: it rounds by 2^-13. A normal of the G-buffer may be short.
+            // Radiance has 12 bits under a shared exponent and rounds by 2^-13. A G-buffer normal may be too short.
             let bound = SHORT_NORMAL + 2f64.powi(-13);
             let reason = "radiance of 12 bits rounds by 2^-13; float16 normals of the G-buffer are up to 8.5e-4 short, \
                           those of surfels are not";
             let ninety_nine = percentile(&mut errors, 0.99);
             Ok(vec![
                 check.clone().bounded("relative change of the mean", (after / before - 1.0).abs(), bound, reason),
-                check.clone().told(
+                check.clone().reported(
                     "99th percentile of the relative error",
                     ninety_nine,
-                    "what 16 bytes a surface cost instead of 32",
+                    "16 bytes per surface instead of 32",
                 ),
             ])
         });
     }
 }
 
-/// Rays through the voxel grid against their twin, for both ways to build coarser grids.
+/// Rays through the voxel grid against float64, for both ways to build coarser levels.
 fn march(suite: &mut Suite) {
     let row = "rays through the voxels against float64";
     if !asked(suite, "hierarchical", row) {
         return;
     }
-    /// Rounding of places and slices: float32 knows a place among 320 texels to 3e-5 and a slice to 1e-5 of its range;
-    /// the march adds up to a hundred steps to that.
+    /// Rounding of positions and slices, texels: float32 resolves a position among 320 texels to 3e-5 and a slice to 1e-5 of
+    /// its range; the march accumulates up to a hundred steps.
     const ROUNDING: f64 = 2e-3;
     let scene = bundled("bars");
     let session = Session::new(suite.native, &scene);
@@ -237,14 +239,14 @@ fn march(suite: &mut Suite) {
                 }
                 grid = grid.coarser(downsampling == "or");
             }
-            let reason = "a bit is set or not; rays that pass a border within the rounding of float32 are left out";
+            let reason = "a bit is set or not; rays within float32 rounding of a cell border are left out";
             let check = check.clone().bounded("rays with another answer", wrong as f64, 0.0, reason);
             Ok(vec![check.detail(format!("of {asked} rays, {hidden} hidden, {ties} left out"))])
         });
     }
 }
 
-/// Slices, strides and sectors of the bitmask against their twin: both estimators, both spacings, both resolutions and
+/// Slices, strides and sectors of the bitmask against float64, with both estimators, both spacings, both resolutions and
 /// each number of sectors.
 fn sectors(suite: &mut Suite) {
     let row = "sectors of the bitmask against float64";
@@ -300,8 +302,8 @@ fn sectors(suite: &mut Suite) {
                 let [light, open] = [f64::from(found[0]), f64::from(found[3])];
                 errors.push((exact.light.x - light).abs().max((exact.open - open).abs()));
             }
-            let reason = "angles of float32; three receivers of a hundred may have a sample that rounds into another \
-                          texel, or a place on the border of two sectors";
+            let reason = "float32 angles; 3 % of the receivers may have a sample that rounds into another texel, or a \
+                          position on the border of two sectors";
             let worst = percentile(&mut errors, 0.97);
             Ok(vec![
                 check
@@ -313,7 +315,7 @@ fn sectors(suite: &mut Suite) {
     }
 }
 
-/// What each storage of full-resolution light costs, for every technique that lets one choose.
+/// Error, time and memory of each storage format of full-resolution light, for every technique that has a choice.
 fn storage(suite: &mut Suite) {
     let row = "storage of light at full resolution";
     if !suite.wants(GROUP, row) {
@@ -346,18 +348,18 @@ fn storage(suite: &mut Suite) {
                 let worst = relative_errors(&exact, &light).into_iter().fold(0.0, f64::max);
                 let (bound, reason) = match name {
                     "float32" => (0.0, "the same seed gives the same bits"),
-                    // A driver may cut off the rest instead of rounding.
+                    // A driver may truncate instead of rounding.
                     "float16" => (2f64.powi(-10), "float16 keeps 11 bits"),
                     _ => (f64::INFINITY, "no claim"),
                 };
                 Ok(vec![
                     check.clone().bounded("largest relative error against float32", worst, bound, reason),
-                    check.clone().told(
+                    check.clone().reported(
                         "technique's time, ms",
                         percentile(&mut times, 0.5),
                         "median of 5 frames at 160x90",
                     ),
-                    check.clone().told("technique's memory, bytes", bytes, "at 160x90"),
+                    check.clone().reported("technique's memory, bytes", bytes, "at 160x90"),
                 ])
             });
         }

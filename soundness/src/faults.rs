@@ -1,31 +1,37 @@
-//! Faults from outside: a process that is killed, a disk that is full, files that vanish, a device that is lost. Finished
-//! cells stay whole, `--resume` goes on from them, and the user reads one sentence.
+//! Faults from outside: a killed process, a full disk, files that vanish, a lost device. Finished cells stay intact,
+//! `--resume` continues from them, and the user gets one sentence.
 
 use std::{
     collections::BTreeMap,
     fs,
-    panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
     process::{Child, Command, Output, Stdio},
-    sync::OnceLock,
+    sync::{
+        OnceLock,
+        atomic::{AtomicBool, Ordering},
+    },
     thread::sleep,
     time::{Duration, Instant},
 };
 
-use halflight_native::{AdapterChoice, NativeGpu};
-use halflight_renderer::parameters::Settings;
-
-use super::{Check, oracle::Random, panic_words};
-use crate::{
+use halflight_evaluator::{
     Error,
     grid::Grid,
     measurement::{Measurement, read_json},
     run::{RunOptions, run as run_grid},
 };
+use halflight_native::{AdapterChoice, NativeGpu};
+use halflight_renderer::parameters::Settings;
 
-const GROUP: &str = "faults";
+use crate::{check::Check, oracle::Random, panics::caught};
 
-/// Moments at which a run is killed.
+/// A program with this environment variable runs the evaluator's command line in place of its own.
+pub const AS_EVALUATOR: &str = "HALFLIGHT_SOUNDNESS_AS_EVALUATOR";
+
+/// Group of the rows.
+pub(crate) const GROUP: &str = "faults";
+
+/// Number of times that a run is killed.
 const KILLS: u32 = 10;
 
 const GRID: &str = "scenes = ['scene.toml']\nsize = ['40x32']\nframes = 2\ntruth_samples = 4\ntruth_rel_error = 1.0\n\
@@ -34,15 +40,16 @@ const GRID: &str = "scenes = ['scene.toml']\nsize = ['40x32']\nframes = 2\ntruth
 /// Cells of the grid.
 const CELLS: usize = 7;
 
-/// Runs every row with this evaluator, in this folder, which is made and removed.
+/// Runs every row in this folder, which is created and removed. `program` must be an evaluator while [`AS_EVALUATOR`] is in
+/// its environment.
 ///
 /// # Errors
-/// Where the folder cannot be written or the evaluator not be started.
-pub fn run(evaluator: &Path, folder: &Path, adapter: &str) -> Result<Vec<Check>, Error> {
+/// Where the folder cannot be written or the program cannot be started.
+pub fn run(program: &Path, folder: &Path, adapter: &str) -> Result<Vec<Check>, Error> {
     let unbroken = OnceLock::new();
-    let place = Place { evaluator: evaluator.into(), folder: folder.into(), adapter: adapter.into(), unbroken };
-    place.prepare()?;
-    type Row = fn(&Place) -> Result<Fault, Error>;
+    let runs = Runs { program: program.into(), folder: folder.into(), adapter: adapter.into(), unbroken };
+    runs.prepare()?;
+    type Row = fn(&Runs) -> Result<Fault, Error>;
     let rows: [(&str, Row); 5] = [
         ("killed at ten random moments", killed),
         ("a full disk", full_disk),
@@ -53,19 +60,19 @@ pub fn run(evaluator: &Path, folder: &Path, adapter: &str) -> Result<Vec<Check>,
     let mut checks = Vec::new();
     for (row, run) in rows {
         let check = Check::new(GROUP, row, "evaluator run", &Settings::new());
-        let reason = "finished cells stay whole, --resume completes with the same errors, and there is one sentence";
-        checks.push(match catch_unwind(AssertUnwindSafe(|| run(&place))) {
+        let reason = "finished cells stay intact, --resume completes with the same errors, and there is one sentence";
+        checks.push(match caught(|| run(&runs)) {
             Ok(Ok(fault)) => check.bounded("faults", fault.wrong.len() as f64, 0.0, reason).detail(fault.words()),
             Ok(Err(error)) => check.bounded("faults", 1.0, 0.0, reason).detail(error.to_string()),
-            Err(panic) => check.bounded("faults", 1.0, 0.0, reason).detail(format!("panics: {}", panic_words(&*panic))),
+            Err(message) => check.bounded("faults", 1.0, 0.0, reason).detail(format!("panics: {message}")),
         });
     }
-    // What could not be removed does no harm.
+    // A file that cannot be removed does no harm.
     drop(fs::remove_dir_all(folder));
     Ok(checks)
 }
 
-/// What a row saw.
+/// What a row found.
 #[derive(Default)]
 struct Fault {
     wrong: Vec<String>,
@@ -85,15 +92,15 @@ impl Fault {
     }
 }
 
-struct Place {
-    evaluator: PathBuf,
+struct Runs {
+    program: PathBuf,
     folder: PathBuf,
     adapter: String,
-    /// What a run without any fault gave, once there was one: its errors, and how long it took.
+    /// Errors and duration of a run without a fault, once there was one.
     unbroken: OnceLock<(Vec<String>, Duration)>,
 }
 
-impl Place {
+impl Runs {
     fn prepare(&self) -> Result<(), Error> {
         drop(fs::remove_dir_all(&self.folder));
         let write = |name: &str, text: &str| {
@@ -102,7 +109,7 @@ impl Place {
                 .map_err(|e| Error::unwritable(&self.folder, e))
         };
         write("grid.toml", GRID)?;
-        write("scene.toml", include_str!("../../../scenes/cornell.toml"))
+        write("scene.toml", include_str!("../../scenes/cornell.toml"))
     }
 
     fn out(&self) -> PathBuf {
@@ -110,7 +117,7 @@ impl Place {
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(&self.evaluator);
+        let mut command = Command::new(&self.program);
         self.arguments(&mut command, arguments);
         command
     }
@@ -118,6 +125,7 @@ impl Place {
     fn arguments(&self, command: &mut Command, arguments: &[&str]) {
         command
             .current_dir(&self.folder)
+            .env(AS_EVALUATOR, "1")
             .env("HALFLIGHT_CACHE", self.folder.join("cache"))
             .args(["run", "--grid", "grid.toml", "--out", "out", "--adapter", &self.adapter])
             .args(arguments)
@@ -130,12 +138,12 @@ impl Place {
     }
 
     fn spawn(&self, arguments: &[&str]) -> Result<Child, Error> {
-        // Nobody reads what it says: a pipe could fill.
+        // Nobody reads its messages, and a pipe could fill up.
         self.command(arguments).stderr(Stdio::null()).spawn().map_err(|e| self.unstartable(e))
     }
 
     fn unstartable(&self, error: std::io::Error) -> Error {
-        Error::Failed(format!("{} could not be started: {error}", self.evaluator.display()))
+        Error::Failed(format!("{} could not be started: {error}", self.program.display()))
     }
 
     /// Finished cells by name, as bytes.
@@ -147,16 +155,19 @@ impl Place {
             .collect()
     }
 
-    /// Waits until a first cell is finished; gives up after a minute.
-    fn wait_for_a_cell(&self) -> bool {
-        let start = Instant::now();
-        while self.cells().is_empty() {
-            if start.elapsed() > Duration::from_secs(60) {
+    /// Waits until the first cell is finished, as long as `ended` says that the run goes on.
+    fn wait_for_a_cell(&self, mut ended: impl FnMut() -> bool) -> bool {
+        loop {
+            // The last cell may be written between the two questions.
+            let over = ended();
+            if !self.cells().is_empty() {
+                return true;
+            }
+            if over {
                 return false;
             }
             sleep(Duration::from_millis(2));
         }
-        true
     }
 
     /// Errors of all rows of the report.
@@ -165,7 +176,7 @@ impl Place {
         Some(rows.iter().map(|row: &Measurement| format!("{:?}", row.errors)).collect())
     }
 
-    /// Goes on with a run, and expects all cells with these errors.
+    /// Resumes a run, and expects all cells with these errors.
     fn resumes(&self, fault: &mut Fault, errors: &[String]) -> Result<(), Error> {
         let before = self.cells();
         let output = self.output(&["--resume"])?;
@@ -179,7 +190,7 @@ impl Place {
         Ok(())
     }
 
-    /// The errors of a run without any fault, and how long it took.
+    /// Errors and duration of a run without a fault.
     fn unbroken(&self) -> Result<(Vec<String>, Duration), Error> {
         if let Some(known) = self.unbroken.get() {
             return Ok(known.clone());
@@ -193,7 +204,7 @@ impl Place {
         Ok(self.unbroken.get_or_init(|| (errors, start.elapsed())).clone())
     }
 
-    /// Half a run, so that there are finished cells.
+    /// Runs half of the grid, so that there are finished cells.
     fn half(&self) -> Result<BTreeMap<String, Vec<u8>>, Error> {
         drop(fs::remove_dir_all(self.out()));
         self.output(&["--shard", "0/2"])?;
@@ -201,7 +212,12 @@ impl Place {
     }
 }
 
-/// The last sentence that a command said about an error; drivers may write lines of their own.
+/// Whether a process has ended; one that cannot be asked counts as ended.
+fn has_ended(child: &mut Child) -> bool {
+    child.try_wait().map_or(true, |status| status.is_some())
+}
+
+/// The error message of a command. Drivers may print other lines.
 fn sentence(output: &Output) -> String {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     let own = |line: &&str| !line.contains("XDG_RUNTIME_DIR");
@@ -213,7 +229,7 @@ fn sentence(output: &Output) -> String {
     }
 }
 
-/// Whether a command ended with one sentence that names this.
+/// Expects that a command ended with this exit code and one sentence that contains `part`.
 fn says(fault: &mut Fault, output: &Output, code: i32, part: &str) {
     let said = sentence(output);
     fault.expect(output.status.code() == Some(code), || format!("ends with {} and not {code}", output.status));
@@ -227,116 +243,119 @@ fn is_whole(bytes: &[u8]) -> bool {
     serde_json::from_slice::<serde_json::Value>(bytes).is_ok()
 }
 
-fn killed(place: &Place) -> Result<Fault, Error> {
-    let (errors, took) = place.unbroken()?;
-    drop(fs::remove_dir_all(place.out()));
+fn killed(runs: &Runs) -> Result<Fault, Error> {
+    let (errors, took) = runs.unbroken()?;
+    drop(fs::remove_dir_all(runs.out()));
     let mut fault = Fault::default();
     let mut random = Random(11);
     let mut cells: BTreeMap<String, Vec<u8>> = BTreeMap::new();
     let mut counts = Vec::new();
     for _ in 0..KILLS {
-        let mut child = place.spawn(&["--resume"])?;
+        let mut child = runs.spawn(&["--resume"])?;
         sleep(took.mul_f64(random.unit()));
-        // It may be done already.
+        // It may have ended already.
         drop(child.kill());
         drop(child.wait());
-        let now = place.cells();
+        let now = runs.cells();
         fault.expect(now.values().all(|bytes| is_whole(bytes)), || "a cell is cut off".into());
         let kept = cells.iter().all(|(name, bytes)| now.get(name) == Some(bytes));
         fault.expect(kept, || "a finished cell changed or is gone".into());
-        if let Ok(bytes) = fs::read(place.out().join("results.json")) {
+        if let Ok(bytes) = fs::read(runs.out().join("results.json")) {
             fault.expect(is_whole(&bytes), || "results.json is cut off".into());
         }
         counts.push(now.len().to_string());
         cells = now;
     }
     fault.seen = format!("cells after each kill: {}", counts.join(" "));
-    place.resumes(&mut fault, &errors)?;
+    runs.resumes(&mut fault, &errors)?;
     Ok(fault)
 }
 
-/// A limit on the size of files stands in for a full disk: writes fail at it in the same way.
-fn full_disk(place: &Place) -> Result<Fault, Error> {
+/// A limit on the file size stands in for a full disk: writes fail in the same way.
+fn full_disk(runs: &Runs) -> Result<Fault, Error> {
     let mut fault = Fault::default();
     if !cfg!(unix) {
-        fault.seen = "not tried: this system has no limit on the size of files".into();
+        fault.seen = "not tested: this system has no limit on the file size".into();
         return Ok(fault);
     }
-    let (errors, _) = place.unbroken()?;
-    let before = place.half()?;
+    let (errors, _) = runs.unbroken()?;
+    let before = runs.half()?;
     fault.expect(!before.is_empty(), || "half a run finishes no cell".into());
     let mut command = Command::new("sh");
-    // The signal is ignored, so that the write itself fails; 4 blocks are 2 or 4 KiB, less than any image.
-    command.args(["-c", "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\""]).arg(&place.evaluator);
-    place.arguments(&mut command, &["--resume"]);
-    let output = command.output().map_err(|e| place.unstartable(e))?;
+    // The signal is ignored, so that the write itself fails. 4 blocks are 2 or 4 KiB, less than any image.
+    command.args(["-c", "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\""]).arg(&runs.program);
+    runs.arguments(&mut command, &["--resume"]);
+    let output = command.output().map_err(|e| runs.unstartable(e))?;
     says(&mut fault, &output, 2, "cannot write");
-    let now = place.cells();
+    let now = runs.cells();
     fault.expect(before.iter().all(|(name, bytes)| now.get(name) == Some(bytes)), || "a finished cell changed".into());
-    let images = fs::read_dir(place.out().join("images")).into_iter().flatten().flatten();
+    let images = fs::read_dir(runs.out().join("images")).into_iter().flatten().flatten();
     let left = images.filter(|file| file.path().extension().is_some_and(|extension| extension == "tmp")).count();
     fault.expect(left == 0, || format!("{left} temporary files are left"));
-    place.resumes(&mut fault, &errors)?;
+    runs.resumes(&mut fault, &errors)?;
     Ok(fault)
 }
 
-fn vanished_scene(place: &Place) -> Result<Fault, Error> {
+fn vanished_scene(runs: &Runs) -> Result<Fault, Error> {
     let mut fault = Fault::default();
-    let (errors, _) = place.unbroken()?;
-    drop(fs::remove_dir_all(place.out()));
-    let mut child = place.spawn(&[])?;
-    let began = place.wait_for_a_cell();
-    let (scene, aside) = (place.folder.join("scene.toml"), place.folder.join("aside.toml"));
+    let (errors, _) = runs.unbroken()?;
+    drop(fs::remove_dir_all(runs.out()));
+    let mut child = runs.spawn(&[])?;
+    let began = runs.wait_for_a_cell(|| has_ended(&mut child));
+    let (scene, aside) = (runs.folder.join("scene.toml"), runs.folder.join("aside.toml"));
     fs::rename(&scene, &aside).map_err(|e| Error::unwritable(&scene, e))?;
-    let status = child.wait().map_err(|e| place.unstartable(e))?;
+    let status = child.wait().map_err(|e| runs.unstartable(e))?;
     // Scenes are read before the first cell.
     fault.expect(began && status.success(), || format!("the run ends with {status}"));
-    let cells = place.cells();
-    let output = place.output(&["--resume"])?;
+    let cells = runs.cells();
+    let output = runs.output(&["--resume"])?;
     says(&mut fault, &output, 2, "scene.toml");
-    fault.expect(place.cells() == cells, || "cells changed while the scene was gone".into());
+    fault.expect(runs.cells() == cells, || "cells changed while the scene was gone".into());
     fs::rename(&aside, &scene).map_err(|e| Error::unwritable(&scene, e))?;
-    place.resumes(&mut fault, &errors)?;
+    runs.resumes(&mut fault, &errors)?;
     Ok(fault)
 }
 
-fn vanished_folder(place: &Place) -> Result<Fault, Error> {
+fn vanished_folder(runs: &Runs) -> Result<Fault, Error> {
     let mut fault = Fault::default();
-    let (errors, _) = place.unbroken()?;
-    drop(fs::remove_dir_all(place.out()));
-    let child = place.command(&[]).spawn().map_err(|e| place.unstartable(e))?;
-    fault.expect(place.wait_for_a_cell(), || "no cell was finished".into());
-    drop(fs::remove_dir_all(place.out()));
-    let output = child.wait_with_output().map_err(|e| place.unstartable(e))?;
+    let (errors, _) = runs.unbroken()?;
+    drop(fs::remove_dir_all(runs.out()));
+    let mut child = runs.command(&[]).spawn().map_err(|e| runs.unstartable(e))?;
+    fault.expect(runs.wait_for_a_cell(|| has_ended(&mut child)), || "no cell was finished".into());
+    drop(fs::remove_dir_all(runs.out()));
+    let output = child.wait_with_output().map_err(|e| runs.unstartable(e))?;
     if output.status.success() {
-        fault.seen = "the folder is made anew, and the run goes on".into();
+        fault.seen = "the folder is created again, and the run continues".into();
     } else {
         says(&mut fault, &output, 2, "cannot write");
     }
-    place.resumes(&mut fault, &errors)?;
+    runs.resumes(&mut fault, &errors)?;
     Ok(fault)
 }
 
-fn lost_device(place: &Place) -> Result<Fault, Error> {
+fn lost_device(runs: &Runs) -> Result<Fault, Error> {
     let mut fault = Fault::default();
-    let (errors, _) = place.unbroken()?;
-    drop(fs::remove_dir_all(place.out()));
-    let choice = AdapterChoice::from(place.adapter.as_str());
+    let (errors, _) = runs.unbroken()?;
+    drop(fs::remove_dir_all(runs.out()));
+    let choice = AdapterChoice::from(runs.adapter.as_str());
     let native = NativeGpu::open(&choice).map_err(|e| Error::BadInput(e.to_string()))?;
-    let mut grid = Grid::read(&place.folder.join("grid.toml"))?;
-    // This process works in another folder.
-    grid.scenes = vec![place.folder.join("scene.toml")];
-    let out = place.out();
+    let mut grid = Grid::read(&runs.folder.join("grid.toml"))?;
+    // This process has another working folder.
+    grid.scenes = vec![runs.folder.join("scene.toml")];
+    let out = runs.out();
     let options = RunOptions { out: &out, resume: false, shard: (0, 1), command: String::new(), check: false };
     let device = native.gpu.device.clone();
+    let ended = AtomicBool::new(false);
     let result = std::thread::scope(|scope| {
         scope.spawn(|| {
-            place.wait_for_a_cell();
+            runs.wait_for_a_cell(|| ended.load(Ordering::Relaxed));
             device.destroy();
-            // The program learns of it where it polls the device next.
+            // The program notices when it polls the device next.
             drop(device.poll(wgpu::PollType::Poll));
         });
-        catch_unwind(AssertUnwindSafe(|| run_grid(&native, &grid, &options)))
+        let result = caught(|| run_grid(&native, &grid, &options));
+        ended.store(true, Ordering::Relaxed);
+        result
     });
     match result {
         Ok(Err(error)) => {
@@ -346,16 +365,16 @@ fn lost_device(place: &Place) -> Result<Fault, Error> {
             fault.seen = said;
         }
         Ok(Ok(())) => fault.wrong.push("the run ends well without its device".into()),
-        Err(panic) => fault.wrong.push(format!("panics: {}", panic_words(&*panic))),
+        Err(message) => fault.wrong.push(format!("panics: {message}")),
     }
-    let cells = place.cells();
+    let cells = runs.cells();
     fault.expect(!cells.is_empty() && cells.len() < CELLS, || format!("{} cells were finished", cells.len()));
     fault.expect(cells.values().all(|bytes| is_whole(bytes)), || "a cell is cut off".into());
     let native = NativeGpu::open(&choice).map_err(|e| Error::BadInput(e.to_string()))?;
     run_grid(&native, &grid, &RunOptions { resume: true, ..options })?;
-    let after = place.cells();
+    let after = runs.cells();
     let kept = cells.iter().all(|(name, bytes)| after.get(name) == Some(bytes));
     fault.expect(kept && after.len() == CELLS, || format!("{} cells after --resume", after.len()));
-    fault.expect(place.errors().as_ref() == Some(&errors), || "errors differ from those of an unbroken run".into());
+    fault.expect(runs.errors().as_ref() == Some(&errors), || "errors differ from those of an unbroken run".into());
     Ok(fault)
 }

@@ -1,10 +1,13 @@
-//! The gather of small images once more, in double precision on the CPU, from the same G-buffer.
+//! Float64 implementations of the gathers on the CPU, for small images, from the G-buffer that the device wrote.
 
 use glam::DVec3;
 
-use crate::session::Frames;
+use halflight_evaluator::session::Frames;
 
-/// What a full-resolution pixel shows.
+pub mod sectors;
+pub mod voxels;
+
+/// The surface in a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Pixel {
     /// Planar depth; 0 where there is no surface.
@@ -17,7 +20,7 @@ pub struct Pixel {
     pub radiance: DVec3,
 }
 
-/// A view and what each of its pixels shows.
+/// A view and the surface in each of its pixels.
 #[derive(Clone, Debug)]
 pub struct GBuffer {
     /// Width and height of this image.
@@ -53,8 +56,8 @@ impl GBuffer {
         Self { size: view.display_size, display_size: view.display_size, tan_half_fov, pixels: pixels.collect() }
     }
 
-    /// Reads the surfels of squares of `scale` pixels as if they were pixels of a smaller image; the
-    /// layout is that of common/surfel.wgsl.
+    /// Reads the surfels of squares of `scale` pixels as the pixels of a smaller image. The layout is that of
+    /// common/surfel.wgsl.
     ///
     /// # Panics
     /// Where the plan has no such level.
@@ -93,13 +96,12 @@ impl GBuffer {
         4.0 * self.tan_half_fov[0] * self.tan_half_fov[1] / (w * h)
     }
 
-    /// Equation 2: surface that `area` pixels see, in square scene units.
+    /// Equation 2: surface area behind `area` pixels, square scene units.
     pub fn surface_area(&self, pixel: &Pixel, area: f64) -> f64 {
         self.area_factor() * area * pixel.depth.powi(3) / slant(pixel)
     }
 
-    /// What one source, seen through `area` pixels, adds to `indirect` of a receiver for each unit
-    /// of radiance: Equation 4, or 3.
+    /// `indirect` of a receiver per unit of radiance of one source that covers `area` pixels: Equation 4, or 3.
     pub fn form_factor(&self, receiver: &Pixel, source: &Pixel, area: f64, point_to_disc: bool) -> f64 {
         let toward = source.position - receiver.position;
         let square = toward.length_squared();
@@ -113,12 +115,12 @@ impl GBuffer {
         receiver_cosine / distance * disc_square / (square + if point_to_disc { disc_square } else { 0.0 })
     }
 
-    /// Every pixel sums over every pixel.
+    /// The sum over every pixel, for every pixel.
     pub fn exhaustive(&self, point_to_disc: bool) -> Vec<DVec3> {
         self.pixels.iter().map(|receiver| self.gather(receiver, point_to_disc)).collect()
     }
 
-    /// One receiver's sum over every pixel.
+    /// The sum over every pixel, for one receiver.
     pub fn gather(&self, receiver: &Pixel, point_to_disc: bool) -> DVec3 {
         let lit = |source: &&Pixel| source.depth > 0.0 && source.radiance.max_element() > 0.0;
         if receiver.depth <= 0.0 {
@@ -131,14 +133,14 @@ impl GBuffer {
             .sum()
     }
 
-    /// An unbiased estimate of [`GBuffer::gather`] for the pixel of this index, where the sum over
-    /// every pixel would take too long: `samples` points of the screen, denser towards the receiver
-    /// (uniform in the logarithm of the distance, as contributions fall with its square).
+    /// An unbiased estimate of [`GBuffer::gather`] for the pixel of this index, faster than the sum over every pixel:
+    /// `samples` points on the screen with a density uniform in the logarithm of the distance to the receiver, because
+    /// contributions fall with the squared distance.
     pub fn estimate(&self, index: usize, samples: u32, point_to_disc: bool) -> DVec3 {
         let receiver = &self.pixels[index];
         let [width, height] = self.size.map(f64::from);
         let (x, y) = ((index as u32 % self.size[0]) as f64 + 0.5, (index as u32 / self.size[0]) as f64 + 0.5);
-        // Closer points lie in the receiver's own pixel, which sends itself nothing.
+        // Closer points lie in the receiver's own pixel, which contributes nothing.
         let (nearest, span) = (0.5, (width.hypot(height) / 0.5).ln());
         let mut random = Random(index as u64);
         let (shift, turn) = (random.unit(), random.unit());
@@ -159,14 +161,14 @@ impl GBuffer {
     }
 }
 
-/// Chance that is the same in every run (64-bit linear congruential, upper bits).
+/// Random numbers that are the same in every run (64-bit linear congruential generator, upper bits).
 #[derive(Clone, Copy, Debug)]
 pub struct Random(pub u64);
 
 impl Random {
     /// Uniform in 0..1.
     pub fn unit(&mut self) -> f64 {
-        // Two steps, because neighbouring seeds start with neighbouring numbers.
+        // Two steps, because the first numbers of consecutive seeds are similar.
         for _ in 0..2 {
             self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             self.0 ^= self.0 >> 29;
@@ -175,17 +177,16 @@ impl Random {
     }
 }
 
-/// The shader's bound on Equation 2 at grazing angles, MIN_COS_BETA of form_factor.wgsl: it defines
-/// the sum that is meant, so the twin has it too.
+/// The bound on Equation 2 at grazing angles, MIN_COS_BETA of form_factor.wgsl. It is part of the definition of the sum.
 const MIN_COS_BETA: f64 = 0.02;
 
 fn slant(pixel: &Pixel) -> f64 {
     (-pixel.normal.dot(pixel.position)).max(MIN_COS_BETA * pixel.depth)
 }
 
-/// The gather of one level once more: the same samples as `gather.wgsl` takes, each one's light in double precision.
-/// Places are found in float32, in the shader's order of operations, so that both look into the same texels but for a
-/// few whose place rounds otherwise.
+/// The gather of one level with the samples of `gather.wgsl`, each one's light in float64. Sample positions are computed
+/// in float32 in the shader's order of operations, so that both read the same texels except for a few that round
+/// differently.
 #[derive(Clone, Copy, Debug)]
 pub struct GatherTwin {
     /// Width of a texel, full-resolution pixels.
@@ -196,7 +197,7 @@ pub struct GatherTwin {
     pub outer_square: f32,
     /// Screen area of the disc of one sample, full-resolution pixels.
     pub disc_area: f64,
-    /// Discs that one sample stands for.
+    /// Number of discs per sample.
     pub discs: f64,
     /// Stream of random numbers.
     pub stream: u32,
@@ -211,7 +212,7 @@ pub struct GatherTwin {
 }
 
 impl GatherTwin {
-    /// Light that the texel of this index receives from its ring.
+    /// Light that the texel of this index gathers from its ring.
     pub fn light(&self, surfels: &GBuffer, index: usize) -> DVec3 {
         const TURN: [f32; 2] = [-0.737_368_9, 0.675_490_3];
         let receiver = &surfels.pixels[index];
@@ -234,7 +235,7 @@ impl GatherTwin {
             square += step;
             let [x, y] = direction;
             direction = [x * TURN[0] - y * TURN[1], x * TURN[1] + y * TURN[0]];
-            // Off the screen there is nothing to gather.
+            // Nothing is gathered from outside of the screen.
             if (0..2).any(|axis| point[axis] <= 0.0 || point[axis] >= extent[axis]) {
                 continue;
             }
@@ -247,13 +248,18 @@ impl GatherTwin {
     }
 }
 
-/// `spread2` of common/math.wgsl, for frames that share nothing.
+/// `spread2` of common/math.wgsl, for independent frames.
 fn spread2(pixel: [u32; 2], frame: u32, stream: u32, seed: u32) -> [f32; 2] {
-    let words = pcg3d([0, frame, stream ^ seed.wrapping_mul(0x9E37_79B9)]);
-    let start = words.map(|word| (word >> 8) as f32 * 5.960_464_5e-8);
+    let start = random3([0, 0], frame, stream, seed);
     let [x, y] = pixel.map(|v| v as f32);
     let number = |a: f32, b: f32, start: f32| (start + (a * x + b * y)).fract();
     [number(0.754_877_7, 0.569_840_3, start[0]), number(0.569_840_3, 0.245_122_33, start[1])]
+}
+
+/// `random3` of common/math.wgsl.
+fn random3(pixel: [u32; 2], frame: u32, stream: u32, seed: u32) -> [f32; 3] {
+    let words = pcg3d([pixel[0] | pixel[1] << 16, frame, stream ^ seed.wrapping_mul(0x9E37_79B9)]);
+    words.map(|word| (word >> 8) as f32 * 5.960_464_5e-8)
 }
 
 /// `pcg3d` of common/math.wgsl (Jarzynski & Olano 2020).

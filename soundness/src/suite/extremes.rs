@@ -1,9 +1,13 @@
-//! Extremes of geometry, image, light, material and parameters: nothing that a frame wrote may be NaN, infinite or,
-//! where it is light, below zero; and light stays under what the sources send.
+//! Extremes of geometry, image, light, material and parameters. Nothing that a frame writes may be NaN or infinite. Light
+//! is never negative and never exceeds what the sources send.
 
 use std::path::Path;
 
 use glam::Vec3;
+use halflight_evaluator::{
+    Error,
+    session::{Frames, Request, Session},
+};
 use halflight_renderer::{
     parameters::{Settings, check_settings},
     scan::Scanned,
@@ -11,10 +15,12 @@ use halflight_renderer::{
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Material, MemoryFiles, Mesh, Motion, Scene, load_scene};
 
-use super::{Check, Suite, bounces, scenes, switches, with_small_shadows, words};
+use super::Suite;
 use crate::{
-    Error,
-    session::{Frames, Request, Session},
+    check::Check,
+    scenes::{self, bundled, everything, scaled},
+    settings::{bounces, with_small_shadows, words},
+    switches,
 };
 
 /// What a row expects of light.
@@ -33,7 +39,7 @@ struct Extreme {
     scene: Scene,
     size: [u32; 2],
     expect: Expect,
-    /// Frames in turn; each one is looked through.
+    /// Number of frames; each one is checked.
     frames: u32,
 }
 
@@ -95,7 +101,7 @@ fn examine(
     let request =
         Request { technique, settings: with_small_shadows(settings), size: extreme.size, seed: 0, direct: None };
     let mut frames = session.frames(&request)?;
-    // A second frame reads what the first one left.
+    // The second frame reads the history of the first one.
     let count = if frames.plan().has_history() { extreme.frames.max(2) } else { extreme.frames };
     let mut found = Found::default();
     for frame in 0..count {
@@ -108,15 +114,12 @@ fn examine(
         .detail(format!("{} at {}x{}", found.place, extreme.size[0], extreme.size[1]));
     let bad = Check { clamped: found.clamped, largest: f64::from(found.largest), ..bad };
     let light = match extreme.expect {
-        Expect::Black => check.clone().bounded(
-            "largest value of light",
-            f64::from(found.largest),
-            0.0,
-            "nothing sends light, so there is none",
-        ),
-        // Lights see brighter surfaces than those on the screen.
+        Expect::Black => {
+            check.clone().bounded("largest value of light", f64::from(found.largest), 0.0, "nothing sends light")
+        }
+        // Reflective shadow maps may hold brighter surfaces than the screen.
         Expect::Light if frames.plan().passes.iter().any(|pass| pass.shader.starts_with("light_views/")) => {
-            check.clone().told(
+            check.clone().reported(
                 "mean of indirect light",
                 mean_indirect(&frames)?,
                 "sources off the screen may be brighter than those on it",
@@ -137,7 +140,7 @@ fn examine(
     Ok(vec![bad, light])
 }
 
-/// What several frames wrote.
+/// What the checks of several frames found.
 #[derive(Default)]
 struct Found {
     bad: u64,
@@ -157,7 +160,6 @@ impl Found {
             let mut bad = scanned.not_finite();
             if is(&scanned, &LIGHT) {
                 bad += u64::from(scanned.negative);
-                // Alpha is 1 in the targets that have it, so light is told by its own texture below.
                 self.clamped += u64::from(scanned.clamped);
             }
             if is(&scanned, &SHARES) && scanned.largest > 1.0 {
@@ -182,7 +184,7 @@ impl Found {
 
 fn mean_indirect(frames: &Frames) -> Result<f64, Error> {
     let Some(pixels) = frames.read_rgb("indirect")? else { return Ok(0.0) };
-    // The channel with most light: each one has a bound of its own.
+    // The brightest channel, because each one has its own bound.
     let mean = |c: usize| pixels.iter().map(|p| f64::from(p[c])).sum::<f64>() / pixels.len().max(1) as f64;
     Ok(mean(0).max(mean(1)).max(mean(2)))
 }
@@ -193,20 +195,6 @@ fn series(scene: &Scene, bounces: u32) -> f64 {
     let largest = scene.materials.iter().flat_map(|m| m.albedo).fold(0.0f32, f32::max);
     let rho = if textured { 1.0 } else { f64::from(largest.clamp(0.0, 1.0)) };
     (0..bounces.max(1)).map(|bounce| rho.powi(bounce as i32)).sum()
-}
-
-/// A scene that comes with the program, by name.
-pub(super) fn bundled(name: &str) -> Scene {
-    let text = match name {
-        "atrium" => include_str!("../../../scenes/atrium.toml"),
-        "bars" => include_str!("../../../scenes/bars.toml"),
-        "cornell" => include_str!("../../../scenes/cornell.toml"),
-        "furnace" => include_str!("../../../scenes/furnace.toml"),
-        _ => include_str!("../../../scenes/motion.toml"),
-    };
-    let files = MemoryFiles::from_iter([("scene.toml", text)]);
-    // They are part of the program; a test loads each of them.
-    load_scene(&files, Path::new("scene.toml")).unwrap_or_default()
 }
 
 fn geometry() -> Vec<Extreme> {
@@ -265,7 +253,7 @@ fn geometry() -> Vec<Extreme> {
         Extreme::new(group, "the eye on a surface", eye([0.0, 0.0, 1.0])),
         Extreme::new(group, "the eye inside a block", inside()),
         Extreme::new(group, "the eye a million units away", eye([0.0, 1.4, 1e6])),
-        Extreme::new(group, "thin bars, cut-outs", bundled("bars")),
+        Extreme::new(group, "thin bars, alpha-masked leaves", bundled("bars")),
         Extreme::new(group, "a closed box", bundled("cornell")),
         Extreme::new(group, "a furnace: everything glows", bundled("furnace")),
     ]
@@ -281,7 +269,7 @@ fn normals(scene: &mut Scene, normal: [f32; 3]) {
     scene.meshes.iter_mut().for_each(|mesh| mesh.normals.fill(normal));
 }
 
-/// A glowing plate just behind the near plane and a floor of a million units: ten thousand times as far.
+/// A glowing plate just behind the near plane, and a floor that is a million units long: ten thousand times as far.
 fn depth_ratio() -> Scene {
     let mut scene = scenes::court();
     let floor = scenes::quad(Vec3::new(-1e5, -20.0, 0.0), 2e5 * Vec3::X, -1e6 * Vec3::Z, 0);
@@ -292,7 +280,7 @@ fn depth_ratio() -> Scene {
     scene
 }
 
-/// The eye in the middle of a closed block that glows.
+/// The eye inside a closed emissive block.
 fn inside() -> Scene {
     let mut scene = scenes::lamp_court();
     let eye = Vec3::from(scene.camera.eye);
@@ -306,26 +294,6 @@ fn normals_from_file() -> Scene {
     let toml = "[[model]]\npath = 'm.obj'\n[camera]\neye = [0.0, 1.0, 5.0]\ntarget = [0.0, 0.5, 0.0]\n";
     let files = MemoryFiles::from_iter([("s.toml", toml), ("m.obj", obj)]);
     load_scene(&files, Path::new("s.toml")).unwrap_or_default()
-}
-
-/// The scene in other units.
-pub(super) fn scaled(scene: &Scene, factor: f32) -> Scene {
-    let mut scene = scene.clone();
-    let scale = |v: &mut [f32; 3]| *v = v.map(|x| x * factor);
-    scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions).for_each(scale);
-    for light in &mut scene.lights {
-        match light {
-            Light::Directional { .. } => {}
-            // Intensity falls with the square of a distance that is now longer.
-            Light::Point { position, intensity } | Light::Spot { position, intensity, .. } => {
-                scale(position);
-                *intensity = intensity.map(|v| v * factor * factor);
-            }
-        }
-    }
-    scale(&mut scene.camera.eye);
-    scale(&mut scene.camera.target);
-    scene
 }
 
 fn image() -> Vec<Extreme> {
@@ -406,7 +374,7 @@ fn many_lights() -> Scene {
             let at = i as f32;
             let position = [(0.7 * at).sin() * 1.8, 0.2 + 0.04 * at, (0.7 * at).cos() * 1.8];
             match i % 8 {
-                // A point has six shadow maps; WebGPU guarantees 256 layers of a texture.
+                // A point light has six shadow maps, and WebGPU guarantees 256 layers in a texture.
                 0 => Light::Point { position, intensity: [0.1; 3] },
                 1 | 2 => Light::Directional { direction: [(at).sin(), -1.0, (at).cos()], irradiance: [0.1; 3] },
                 _ => Light::Spot {
@@ -444,23 +412,7 @@ fn motion() -> Vec<Extreme> {
     ]
 }
 
-/// A scene with everything that a setting may ask for: gloss, textures, cut-outs, solid and open meshes, motion.
-pub(super) fn everything() -> Scene {
-    let mut scene = scenes::court();
-    scene.name = "everything".into();
-    scene.meshes.push(scenes::block(Vec3::new(0.6, 0.0, -0.5), Vec3::new(1.2, 0.9, 0.1), 0));
-    let glossy = Material { specular: [0.5; 3], phong_exponent: 30.0, ..scenes::grey(0.4) };
-    scene.materials.push(glossy);
-    scene.meshes[1].material = 2;
-    scene.meshes[3].object = Some(0);
-    let keyframes = vec![Keyframe::default(), Keyframe { frame: 3, translate: [0.2, 0.0, 0.1], ..Keyframe::default() }];
-    scene.moves.objects.push(Motion { pivot: [0.0; 3], keyframes });
-    scene.meshes.push(Mesh { material: 3, ..scenes::quad(Vec3::new(-1.8, 0.2, 0.0), 0.5 * Vec3::X, Vec3::Y, 3) });
-    scene.materials.push(Material { emission: [1.0, 0.8, 0.6], ..scenes::grey(0.2) });
-    scene
-}
-
-/// Every pair of values, also in a quick run's default; and every value outside a range.
+/// Every choice and both ends of every range, and values outside of the ranges.
 fn parameters(suite: &mut Suite) {
     let group = "parameters";
     let native = suite.native;
@@ -485,23 +437,24 @@ fn parameters(suite: &mut Suite) {
     if suite.wants(group, row_name) {
         let techniques: Vec<&'static Technique> = suite.switches.iter().map(|s| s.technique).collect();
         for technique in techniques {
-            let mut taken = Vec::new();
+            let mut accepted = Vec::new();
             let mut count = 0;
             for parameter in (technique.parameters)() {
                 for value in switches::outside(&parameter) {
                     count += 1;
                     let settings = Settings::from([(parameter.key(), value)]);
                     let sentence = (technique.complete)(&settings).err().map(|e| e.to_string());
-                    let told = sentence.is_some_and(|s| s.contains(&parameter.key()) && s.contains(&parameter.range()));
-                    if !told || check_settings(&settings, &parameters_of(technique)).is_ok() {
-                        taken.push(words(&settings));
+                    let refused =
+                        sentence.is_some_and(|s| s.contains(&parameter.key()) && s.contains(&parameter.range()));
+                    if !refused || check_settings(&settings, &parameters_of(technique)).is_ok() {
+                        accepted.push(words(&settings));
                     }
                 }
             }
             let check = Check::new(group, row_name, technique.name, &Settings::new());
-            let reason = "each is refused by a sentence with the key and its range";
-            let detail = format!("of {count} values {}", taken.join(", "));
-            suite.push(check.bounded("values that were taken", taken.len() as f64, 0.0, reason).detail(detail));
+            let reason = "each is refused by one sentence with the key and its range";
+            let detail = format!("of {count} values {}", accepted.join(", "));
+            suite.push(check.bounded("values that were accepted", accepted.len() as f64, 0.0, reason).detail(detail));
         }
     }
 }

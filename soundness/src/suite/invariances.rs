@@ -1,7 +1,11 @@
-//! What must not change an image, or must change it in a known way. For estimators that claim to be unbiased there is a
-//! bound; for others the drift is told with its size.
+//! Changes that must not change an image, or must change it in a known way. The drift of estimators that claim to be
+//! unbiased is bounded; the drift of others is reported.
 
 use glam::{Quat, Vec3};
+use halflight_evaluator::{
+    Error,
+    session::{Frames, Request, Session},
+};
 use halflight_native::images::{Rgb, luminance};
 use halflight_renderer::{
     parameters::{Kind, Settings, Value},
@@ -10,16 +14,17 @@ use halflight_renderer::{
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Mesh, Motion, Scene};
 
-use super::{Check, Suite, extremes::scaled, parameter, scenes, with_small_shadows};
+use super::Suite;
 use crate::{
-    Error,
-    session::{Frames, Request, Session},
+    check::Check,
+    scenes::{self, scaled},
+    settings::{parameter, with_small_shadows},
 };
 
 const GROUP: &str = "invariances";
-/// Small, and whole texels of every level, so that a mirror maps texels onto texels.
+/// Small, and a multiple of the texel size of every level, so that mirroring maps texels onto texels.
 const SIZE: [u32; 2] = [64, 32];
-/// Frames that stand for a converged image; what noise they leave is measured beside it.
+/// Number of frames that are averaged; their remaining noise is measured separately.
 const FRAMES: u32 = 8;
 
 /// One technique with some settings.
@@ -50,14 +55,21 @@ impl Subject<'_> {
         Ok(frames.mean_over_frames(output, FRAMES)?.0)
     }
 
-    /// A twin of the scene: the mean of its image may not drift. `same_cubes` where cubes of visibility cover the same parts of both.
-    fn same_mean(&self, scene: &Session, twin: &Scene, same_cubes: bool) -> Result<Vec<Check>, Error> {
+    /// The mean of the image of `twin`, a changed copy of the scene, must not drift. `same_voxels` says that the voxels of the
+    /// visibility grid cover the same parts of both.
+    fn same_mean(&self, scene: &Session, twin: &Scene, same_voxels: bool) -> Result<Vec<Check>, Error> {
         let twin = Session::new(scene.native, twin);
-        Ok(vec![self.drift_from(scene, &twin, self, same_cubes)?])
+        Ok(vec![self.drift_from(scene, &twin, self, same_voxels)?])
     }
 
-    /// How far the mean of the twin's image with its own settings is from that of the scene.
-    fn drift_from(&self, scene: &Session, twin: &Session, in_twin: &Subject, same_cubes: bool) -> Result<Check, Error> {
+    /// Relative difference of the mean of the twin's image, with its own settings, to that of the scene.
+    fn drift_from(
+        &self,
+        scene: &Session,
+        twin: &Session,
+        in_twin: &Subject,
+        same_voxels: bool,
+    ) -> Result<Check, Error> {
         let (a, b) = (self.frame(scene, SIZE, 0)?, in_twin.frame(twin, SIZE, 0)?);
         let check = self.check.clone().bounded(DRIFT, drift(&a, &b), LARGEST_DRIFT, AT_EDGES);
         let check = check.detail(format!("root mean square {:.1e} of the mean", difference(&a, &b)));
@@ -66,7 +78,7 @@ impl Subject<'_> {
         if !check.is_red() || !has("light_views/") {
             return Ok(check);
         }
-        // Rounding is enough for another choice of virtual lights: the means of many frames are held against their noise.
+        // Rounding alone can change which virtual point lights are chosen, so means of many frames are compared with their noise.
         let [ours, theirs] = [(self, scene), (in_twin, twin)].map(|(subject, session)| {
             (0..SEEDS).map(|seed| Ok(mean(&subject.mean(session, SIZE, seed)?))).collect::<Result<Vec<_>, Error>>()
         });
@@ -77,21 +89,20 @@ impl Subject<'_> {
         let noise = (2.0 * variance / f64::from(SEEDS)).sqrt() / average(&ours);
         let drift = (average(&theirs) / average(&ours) - 1.0).abs();
         let check = check.detail(format!("means of {SEEDS} times {FRAMES} frames"));
-        if has("scene_voxels/") && !same_cubes {
-            let reason = "cubes of visibility lie elsewhere on its surfaces: the size of the drift is told";
-            return Ok(check.told(DRIFT, drift, reason));
+        if has("scene_voxels/") && !same_voxels {
+            let reason = "the voxel grid is aligned differently with the surfaces: the drift is reported";
+            return Ok(check.reported(DRIFT, drift, reason));
         }
         Ok(check.bounded(DRIFT, drift, LARGEST_DRIFT.max(5.0 * noise), AT_CHANCE))
     }
 }
 
-/// Largest drift of a mean that rounding alone makes.
+/// Largest drift of a mean by rounding alone.
 const LARGEST_DRIFT: f64 = 2e-3;
-const AT_EDGES: &str = "rounding alone: a pixel at an edge may show the other surface";
-/// Seeds whose means tell how much noise is in them.
+const AT_EDGES: &str = "rounding alone: a pixel on an edge may show the other surface";
+/// Number of seeds from which the noise of a mean is estimated.
 const SEEDS: u32 = 6;
-const AT_CHANCE: &str =
-    "rounding chooses other virtual lights: five standard errors of the difference, found from other seeds";
+const AT_CHANCE: &str = "rounding changes the chosen virtual point lights: five standard errors of the difference, estimated from other seeds";
 
 const DRIFT: &str = "relative change of the mean";
 const BITS: &str = "values that differ in a bit";
@@ -157,7 +168,7 @@ pub(super) fn run(suite: &mut Suite) {
     with_history(suite, "nothing of the frame before a cut is left", &session, after_a_cut);
 }
 
-/// A row for settings that keep a history: all of them are sought out, in a quick run too.
+/// Runs a row with all settings that keep a history, in a quick run too.
 fn with_history(suite: &mut Suite, row: &str, session: &Session, run: Row) {
     if !suite.wants(GROUP, row) {
         return;
@@ -188,7 +199,7 @@ fn each(suite: &mut Suite, row: &str, run: impl Fn(Subject) -> Result<Vec<Check>
 }
 
 fn one_seed(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
-    // A session of its own: nothing may be left over from the run before.
+    // A new session, so that nothing is left from the run before.
     let again = Session::new(session.native, session.scene);
     let size = [47, 33];
     let (a, b) = (subject.frame(session, size, 7)?, subject.frame(&again, size, 7)?);
@@ -197,7 +208,7 @@ fn one_seed(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
 }
 
 fn brightness(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
-    // A power of two moves exponents and no mantissa.
+    // A power of two changes exponents only.
     const FACTOR: f32 = 16.0;
     let mut bright = session.scene.clone();
     bright.materials.iter_mut().for_each(|material| material.emission = material.emission.map(|v| v * FACTOR));
@@ -206,8 +217,8 @@ fn brightness(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> 
     frames.run(0)?;
     let plain = light(&frames)?;
     let other = subject.frame(&twin, SIZE, 0)?;
-    // float16 has steps of 2^-24 below 2^-14, and a driver may cut off the rest, once in each texture that light passes;
-    // float32 below 2^-126 may be taken for 0.
+    // Below 2^-14 float16 has steps of 2^-24, and a driver may truncate, once in each texture that light passes through.
+    // Below 2^-126 a float32 may become 0.
     let plan = frames.plan();
     let shown = ["indirect", "final"].iter().find_map(|name| plan.outputs.get(name));
     let halves = plan.resources.iter().enumerate().filter(|(index, resource)| {
@@ -218,13 +229,12 @@ fn brightness(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> 
     let bound = f64::from(FACTOR) * if halves > 0.0 { halves * 2f64.powi(-24) } else { 2f64.powi(-126) };
     let far = |(a, b): (&f32, &f32)| (f64::from(*a) * f64::from(FACTOR) - f64::from(*b)).abs();
     let worst = plain.iter().flatten().zip(other.iter().flatten()).map(far).fold(0.0, f64::max);
-    let reason =
-        "16 times the light moves exponents alone; under the least normal number, 2^-126 or 2^-14, steps are cut off";
+    let reason = "16 times the light changes exponents only; below the smallest normal number, 2^-126 or 2^-14, values are truncated";
     Ok(vec![subject.check.clone().bounded("largest difference, radiance", worst, bound, reason)])
 }
 
-/// The settings in units that are `factor` times smaller, where their ranges reach that far: lengths grow with the scene,
-/// areas with their square, those that are left at their defaults, too.
+/// The settings for a scene that is `factor` times larger: lengths scale with it and areas with its square, also those at
+/// their defaults. `None` where a value leaves its range.
 fn in_units(subject: Subject, factor: f32) -> Option<Settings> {
     let mut settings = subject.settings.clone();
     for parameter in (subject.technique.parameters)() {
@@ -263,7 +273,7 @@ fn units(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
     Ok(worst.into_iter().collect())
 }
 
-/// The scene with every place and direction moved.
+/// The scene mirrored, rotated and translated.
 fn moved(scene: &Scene, turn: Quat, by: Vec3, mirror: bool) -> Scene {
     let sign = Vec3::new(if mirror { -1.0 } else { 1.0 }, 1.0, 1.0);
     let direction = |v: [f32; 3]| (turn * (sign * Vec3::from(v))).to_array();
@@ -292,7 +302,7 @@ fn moved(scene: &Scene, turn: Quat, by: Vec3, mirror: bool) -> Scene {
 }
 
 fn translation(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
-    // Small whole numbers: coordinates lose three bits at most.
+    // Small integers: coordinates lose three bits at most.
     let twin = moved(session.scene, Quat::IDENTITY, Vec3::new(8.0, -4.0, 16.0), false);
     subject.same_mean(session, &twin, false)
 }
@@ -315,9 +325,9 @@ fn mirroring(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
     }
     let noise = square.sqrt();
     let mirror = difference(&image, &flip(subject.mean(&twin, SIZE, 1)?));
-    let reason = "2.3 times as far as another seed, which differs by noise alone: all pixels share a frame's random start, \
-                  so eight frames are eight numbers, and one in a thousand such ratios is larger (F of 8 and 24); a \
-                  hundredth more for pixels at edges";
+    let reason = "2.3 times the difference to another seed, which is noise alone: all pixels share a frame's random start, so that \
+                  eight frames are eight numbers and one in a thousand such ratios is larger (F of 8 and 24); plus 0.01 \
+                  for pixels on edges";
     Ok(vec![
         subject
             .check
@@ -327,9 +337,9 @@ fn mirroring(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
     ])
 }
 
-/// Settings with which a technique claims that it is unbiased, beside those that follow from its parameters.
+/// Settings with which a technique claims to be unbiased.
 fn claimed(technique: &str) -> Option<Settings> {
-    // Every texel counts as often as a sample stands for it, and no pyramid leaves surfaces out.
+    // Every texel is weighted by the number of texels per sample, and no pyramid leaves surfaces out.
     (technique == "hierarchical").then(|| {
         let texel = ("hierarchical.disc_area".to_owned(), Value::Text("texel".into()));
         let full = ("hierarchical.start_resolution".to_owned(), Value::Text("full".into()));
@@ -337,18 +347,18 @@ fn claimed(technique: &str) -> Option<Settings> {
     })
 }
 
-/// Whether a technique with these settings claims that its mean does not depend on how it samples.
+/// Whether a technique with these settings claims that its mean does not depend on the sampling.
 fn claims_no_bias(subject: Subject) -> bool {
     subject.technique.name == "exhaustive" || claimed(subject.technique.name).as_ref() == Some(subject.settings)
 }
 
-/// The drift between two means: bounded for who claims that there is none, otherwise told.
+/// The drift between two means: bounded where the technique claims to be unbiased, otherwise reported.
 fn drifted(subject: Subject, a: &[Rgb], b: &[Rgb], bound: f64, reason: &str) -> Vec<Check> {
     let check = subject.check.clone();
     vec![if claims_no_bias(subject) {
         check.bounded(DRIFT, drift(a, b), bound, reason)
     } else {
-        check.told(DRIFT, drift(a, b), "no claim: the size of the drift is told")
+        check.reported(DRIFT, drift(a, b), "no claim: the drift is reported")
     }]
 }
 
@@ -365,17 +375,18 @@ fn sample_count(session: &Session, subject: Subject) -> Result<Vec<Check>, Error
     let [few, many] = [few, many].map(|value| with(subject, "samples", value.clone()));
     let [few, many] = [&few, &many].map(|settings| Subject { settings, ..subject });
     let (a, b) = (few.mean(session, SIZE, 0)?, many.mean(session, SIZE, 0)?);
-    // Pixels are independent but for their shared start: the mean's error is that of a pixel over their root, times a
-    // few for the shared start.
+    // Pixels are independent except for the frame's shared random start: the error of the mean is that of a pixel over the
+    // square root of their number, times a few for the shared start.
     let noise = difference(&a, &few.mean(session, SIZE, 1)?) / (a.len() as f64).sqrt();
-    let reason = "noise of a mean of so many pixels, eight times over, and a hundredth";
+    let reason = "eight times the noise of a mean of so many pixels, plus 0.01";
     Ok(drifted(subject, &a, &b, 8.0 * noise + 0.01, reason))
 }
 
-/// The lamp of the court is 22 pixels wide and 10 high in these pictures, and whole pixels stand for its edges: half a
-/// one on every side.
+/// The lamp of the court covers 22 x 10 pixels in these images, and its edges are rounded to whole pixels: half a pixel on
+/// every side.
 const LAMP_EDGES: f64 = 1.0 / 22.0 + 1.0 / 10.0;
-const WHOLE_PIXELS: &str = "whole pixels stand for the edges of a lamp of 22 x 10: half a pixel on every side";
+const WHOLE_PIXELS: &str =
+    "the edges of a lamp of 22 x 10 pixels are rounded to whole pixels: half a pixel on every side";
 
 fn resolution(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
     let a = subject.mean(session, SIZE, 0)?;
@@ -392,7 +403,7 @@ fn start_resolution(session: &Session, subject: Subject) -> Result<Vec<Check>, E
         let settings = with(subject, "start_resolution", Value::Text((*name).into()));
         let image = Subject { settings: &settings, ..subject }.mean(session, SIZE, 0)?;
         if let Some(finest) = &finest {
-            let check = subject.check.clone().told(DRIFT, drift(finest, &image), "no claim at so small a picture");
+            let check = subject.check.clone().reported(DRIFT, drift(finest, &image), "no claim for so small an image");
             checks.push(check.detail(format!("{} to {name}", names[0])));
         } else {
             finest = Some(image);
@@ -408,7 +419,7 @@ fn odd_sizes(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
     Ok(drifted(subject, &a, &b, LAMP_EDGES, WHOLE_PIXELS))
 }
 
-/// A picture of twice the size with twice the tangents shows the same rays in its middle.
+/// An image of twice the size with twice the tangents shows the same rays in its middle.
 fn viewport_offset(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
     let mut wide = session.scene.clone();
     let half = 0.5 * wide.camera.vertical_fov_degrees.to_radians();
@@ -423,12 +434,11 @@ fn viewport_offset(session: &Session, subject: Subject) -> Result<Vec<Check>, Er
     let (small, large) = (read(session, SIZE)?, read(&wide, [2 * SIZE[0], 2 * SIZE[1]])?);
     let crop = (0..w * h).map(|i| large[(i / w + h / 2) * 2 * w + i % w + w / 2]);
     let wrong = small.iter().zip(crop).filter(|(a, b)| (*a - b).abs() > 1e-4 * a.max(*b)).count();
-    let reason =
-        "the same rays meet the same surfaces; where one meets an edge, rounding decides: a pixel in a hundred";
+    let reason = "the same rays hit the same surfaces; rounding decides on edges, 1 % of the pixels";
     Ok(vec![subject.check.clone().bounded("pixels of other depth", wrong as f64, (w * h) as f64 / 100.0, reason)])
 }
 
-/// Every triangle in four.
+/// The mesh with every triangle split into four.
 fn split(mesh: &Mesh) -> Mesh {
     let mut fine = Mesh { indices: Vec::new(), ..mesh.clone() };
     for &[a, b, c] in mesh.indices.as_chunks::<3>().0 {
@@ -471,20 +481,20 @@ fn frames_before(session: &Session, subject: Subject) -> Result<Vec<Check>, Erro
     };
     if !history {
         let (zero, _, again) = (run(0)?, run(1)?, run(0)?);
-        let reason = "without a history a frame knows nothing of those before it";
+        let reason = "without a history a frame does not depend on earlier ones";
         return Ok(vec![subject.check.clone().bounded(BITS, differing(&zero, &again), 0.0, reason)]);
     }
-    // A jump in the numbers of frames is a cut: the picture after it is the one that a new run begins with.
+    // A jump of the frame number is a cut: the image after it equals the first image of a new run.
     run(0)?;
     run(1)?;
     let after = run(40)?;
     let mut fresh = subject.frames(session, SIZE, 0)?;
     fresh.run(40)?;
-    let reason = "a frame whose number is not the next one begins anew";
+    let reason = "a frame whose number is not the next one resets the history";
     Ok(vec![subject.check.clone().bounded(BITS, differing(&after, &light(&fresh)?), 0.0, reason)])
 }
 
-/// A block before a wall that steps aside between two frames by more than its width.
+/// A block in front of a wall that moves aside by more than its width between two frames.
 fn uncovered() -> Scene {
     let mut scene = scenes::lamp_court();
     scene.meshes.push(scenes::block(Vec3::new(-0.3, 0.4, 0.6), Vec3::new(0.1, 1.4, 0.7), 0));
@@ -505,18 +515,19 @@ fn found_anew(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> 
     let mut fresh = subject.frames(session, SIZE, 0)?;
     fresh.run(4)?;
     let now = depth(&frames)?;
-    // The wall stands half as far again behind the block.
+    // The wall is 1.5 times as far away as the block.
     let uncovered: Vec<usize> =
         (0..now.len()).filter(|&i| now[i][0] > 1.2 * before[i][0] && before[i][0] > 0.0).collect();
     let (with, without) = (light(&frames)?, light(&fresh)?);
     let wrong = uncovered.iter().filter(|&&i| with[i] != without[i]).count();
-    let reason = "a surface that the frame before did not show has no history, so its light is this frame's own";
+    let reason =
+        "a surface that the frame before did not show has no history, so its light is that of this frame alone";
     let check =
         subject.check.clone().bounded("uncovered pixels with light of the frame before", wrong as f64, 0.0, reason);
     Ok(vec![check.detail(format!("of {} uncovered pixels", uncovered.len()))])
 }
 
-/// The camera cuts to another place in frame 4.
+/// The camera cuts to another position in frame 4.
 fn cut() -> Scene {
     let mut scene = scenes::lamp_court();
     let key = |frame, x: f32, cut| CameraKeyframe { frame, eye: [x, 1.4, 4.0], target: [0.0, 0.8, 0.0], cut };
@@ -530,5 +541,5 @@ fn after_a_cut(session: &Session, subject: Subject) -> Result<Vec<Check>, Error>
     let mut fresh = subject.frames(session, SIZE, 0)?;
     fresh.run(4)?;
     let differ = differing(&light(&frames)?, &light(&fresh)?);
-    Ok(vec![subject.check.clone().bounded(BITS, differ, 0.0, "a cut begins anew")])
+    Ok(vec![subject.check.clone().bounded(BITS, differ, 0.0, "a cut resets the history")])
 }

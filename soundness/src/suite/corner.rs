@@ -1,29 +1,30 @@
-//! A lit floor and the wall that stands on its edge: light in absolute units, against its closed form.
+//! A lit floor with a wall on its edge: indirect light in absolute units against its closed form.
 
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
+use halflight_evaluator::{
+    Error,
+    session::{Request, Session},
+};
 use halflight_renderer::{
     parameters::{Settings, Value},
     techniques::Technique,
 };
 use halflight_scenes::{Light, Scene};
 
-use super::{Check, Suite, closed_forms::GROUP, oracle::GBuffer, scenes};
-use crate::{
-    Error,
-    session::{Request, Session},
-};
+use super::{Suite, closed_forms::GROUP};
+use crate::{check::Check, oracle::GBuffer, scenes};
 
 /// Width and height of the image.
 const SIZE: [u32; 2] = [192, 144];
-/// Frames of which the mean is taken.
+/// Number of frames that are averaged.
 const FRAMES: u32 = 8;
 /// Albedo of both planes.
 const ALBEDO: f32 = 0.8;
 
-/// A floor of 4 x 2 and a wall of 4 x 2 that meet at z = 0, both in view as a whole, under a sun that lights the floor
-/// alone: it sends 1.
+/// A floor of 4 x 2 and a wall of 4 x 2 that meet at z = 0, both entirely in view. A sun lights only the floor, whose
+/// outgoing radiance is 1.
 pub fn corner() -> Scene {
     let (x, y, z) = (Vec3::X, Vec3::Y, Vec3::Z);
     Scene {
@@ -49,20 +50,20 @@ fn perpendicular_rectangle(distance: f64, height: f64, left: f64, right: f64) ->
     (side(right) - side(left)) / (2.0 * PI)
 }
 
-/// The other plane of [`corner`] as a point with this normal sees it: cosine-weighted part of its hemisphere.
+/// Form factor from a point of [`corner`] with this normal to the other plane.
 pub fn seen_of_the_other(p: DVec3, normal: DVec3) -> f64 {
     let distance = if normal.y > 0.5 { p.z } else { p.y };
     perpendicular_rectangle(distance.max(1e-6), 2.0, -2.0 - p.x, 2.0 - p.x)
 }
 
-/// A claim of absolute units: technique, its one setting besides the defaults, how far the mean may be from the closed
-/// form, and why.
+/// A technique that claims absolute units: its name, one setting besides the defaults, the largest relative error of the
+/// mean, and the reason for that bound.
 type Claim = (&'static str, Option<(&'static str, &'static str)>, f64, &'static str);
 
 const CLAIMS: [Claim; 3] = [
     ("exhaustive", None, 0.02, "all pixels are summed; the edge itself is under a pixel wide"),
-    ("bitmask", None, 0.05, "the mean is promised within 5 % where nothing is hidden"),
-    ("hybrid", Some(("start_resolution", "full")), 0.05, "the mean is promised within 5 % where nothing is hidden"),
+    ("bitmask", None, 0.05, "the mean is promised within 5 % where nothing is occluded"),
+    ("hybrid", Some(("start_resolution", "full")), 0.05, "the mean is promised within 5 % where nothing is occluded"),
 ];
 
 fn settings_of(&(technique, setting, ..): &Claim) -> Settings {
@@ -79,7 +80,7 @@ pub(super) fn run(suite: &mut Suite) {
     let quick = suite.options.quick;
     for (technique, mut all) in suite.singles() {
         let claim = CLAIMS.iter().find(|(name, ..)| *name == technique.name);
-        // A quick run looks at what is claimed.
+        // A quick run tests only the claims.
         all.retain(|settings| !quick && claim.is_none_or(|claim| settings_of(claim) != *settings));
         all.extend(claim.map(settings_of));
         for settings in all {
@@ -103,7 +104,7 @@ fn light_on_the_wall(
     }
     let to_world = frames.view().world_to_view.as_dmat4().inverse();
     let shown = GBuffer::read(&frames);
-    // The sum over all pixels draws no random numbers.
+    // The exhaustive sum uses no random numbers.
     let count = if technique.name == "exhaustive" { 1 } else { FRAMES };
     let light = frames.mean_over_frames("indirect", count)?.0;
     let (mut found, mut exact) = (0.0, 0.0);
@@ -120,6 +121,6 @@ fn light_on_the_wall(
     let claim = CLAIMS.iter().find(|claim| claim.0 == technique.name && settings_of(claim) == *settings);
     Ok(vec![match claim {
         Some((_, _, bound, reason)) => check.bounded(measure, off, *bound, reason),
-        None => check.told(measure, off, "no claim: a radius, few texels or another estimator change the mean"),
+        None => check.reported(measure, off, "no claim: a radius, coarse texels or another estimator change the mean"),
     }])
 }

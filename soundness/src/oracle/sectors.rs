@@ -1,16 +1,16 @@
-//! The gather of the visibility bitmask once more, in double precision on the CPU: with points, planes and angles of three
-//! dimensions where the shader works inside the slice, and with sectors as a list of truth values.
+//! The gather of the visibility bitmask in float64 on the CPU: with points, planes and angles in 3D where the shader works
+//! inside the slice, and with one boolean per sector.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec2, DVec3};
 
-use super::oracle::{GBuffer, Pixel};
+use super::{GBuffer, Pixel, random3, spread2};
 
 /// Settings of the gather, as the technique has them.
 #[derive(Clone, Copy, Debug)]
 pub struct Gather {
-    /// Sectors of equal solid angle and strides as surfaces, or as printed.
+    /// Sectors of equal cosine-weighted solid angle and steps as surfaces; otherwise as published.
     pub radiometric: bool,
     /// Scene units.
     pub radius: f64,
@@ -20,7 +20,7 @@ pub struct Gather {
     pub slices: u32,
     /// Steps on each side.
     pub steps: u32,
-    /// Exponential or constant strides.
+    /// Exponential spacing of the steps, otherwise constant.
     pub exponential: bool,
     /// Sectors of a slice.
     pub sectors: u32,
@@ -30,78 +30,50 @@ pub struct Gather {
     pub seed: u32,
 }
 
-/// Light and openness of a receiver.
+/// Light and ambient visibility of a receiver.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Found {
     /// `indirect`.
     pub light: DVec3,
-    /// Openness.
+    /// Ambient visibility, 1 = open.
     pub open: f64,
 }
 
-/// Slopes under which a surface counts as seen edge-on: `MIN_SLOPE` of planes/planes.wgsl.
+/// Slope under which a surface counts as seen edge-on: `MIN_SLOPE` of planes/planes.wgsl.
 const MIN_SLOPE: f64 = -0.02;
 /// `NEAREST` of common/slice.wgsl, pixels.
 const NEAREST: f64 = 0.05;
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// `pcg3d` of common/math.wgsl.
-fn pcg3d(v: [u32; 3]) -> [u32; 3] {
-    let [mut x, mut y, mut z] = v.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
-    let mix = |x: &mut u32, y: &mut u32, z: &mut u32| {
-        *x = x.wrapping_add(y.wrapping_mul(*z));
-        *y = y.wrapping_add(z.wrapping_mul(*x));
-        *z = z.wrapping_add(x.wrapping_mul(*y));
-    };
-    mix(&mut x, &mut y, &mut z);
-    (x, y, z) = (x ^ (x >> 16), y ^ (y >> 16), z ^ (z >> 16));
-    mix(&mut x, &mut y, &mut z);
-    [x, y, z]
-}
-
-/// `random3` of common/math.wgsl.
-fn random3(pixel: [u32; 2], frame: u32, stream: u32, seed: u32) -> [f32; 3] {
-    let words = pcg3d([pixel[0] | pixel[1] << 16, frame, stream ^ seed.wrapping_mul(0x9E37_79B9)]);
-    words.map(|word| (word >> 8) as f32 * 5.960_464_5e-8)
-}
-
-/// `spread2` of common/math.wgsl, for frames that are independent.
-fn spread2(pixel: [u32; 2], frame: u32, stream: u32, seed: u32) -> [f64; 2] {
-    let start = random3([0, 0], frame, stream, seed);
-    let [x, y] = pixel.map(|v| v as f32);
-    let lattice = [0.754_877_7_f32 * x + 0.569_840_3 * y, 0.569_840_3f32 * x + 0.245_122_33 * y];
-    [0, 1].map(|i| f64::from((start[i] + lattice[i]).fract()))
-}
-
-/// One side of a slice: places on the screen in pixels.
+/// One side of a slice; screen positions in pixels.
 struct Side {
     sign: f64,
     jitter: f64,
-    /// The receiver's place, and the change for a pixel of way.
+    /// Position of the receiver, and the change per pixel of distance.
     own: DVec2,
     step: DVec2,
     reach: f64,
-    /// Where exponential strides begin.
+    /// Where exponential steps begin.
     first: f64,
-    /// Where the sample before stood, and one over its depth.
+    /// Distance of the previous sample, and one over its depth.
     before: (f64, f64),
 }
 
-/// View ray, z = -1, of a place in pixels.
+/// View ray with z = -1 of a position in pixels.
 fn ray_of(image: &GBuffer, pixel: DVec2) -> DVec3 {
     let (display, [tx, ty]) = (image.display_size.map(f64::from), image.tan_half_fov);
     DVec3::new((2.0 * pixel.x / display[0] - 1.0) * tx, (1.0 - 2.0 * pixel.y / display[1]) * ty, -1.0)
 }
 
 impl Gather {
-    /// What the texel of this index receives; its image has texels of `scale` pixels.
+    /// Light and ambient visibility of the texel of this index; texels are `scale` pixels wide.
     pub fn gather(&self, image: &GBuffer, index: usize, scale: u32) -> Found {
         let receiver = &image.pixels[index];
         if receiver.depth <= 0.0 {
             return Found::default();
         }
         let texel = [index as u32 % image.size[0], index as u32 / image.size[0]];
-        let random = spread2(texel, self.frame, 2048, self.seed);
+        let random = spread2(texel, self.frame, 2048, self.seed).map(f64::from);
         let chance = f64::from(random3(texel, self.frame, 2049, self.seed)[0]);
         let mut found = Found { light: DVec3::ZERO, open: 1.0 };
         let to_eye = -receiver.position.normalize();
@@ -119,7 +91,7 @@ impl Gather {
             let mut light = DVec3::ZERO;
             let mut sides = [(1.0, jitter), (-1.0, (jitter + 0.5).fract())]
                 .map(|(sign, jitter)| self.side(image, receiver, &slice, sign, jitter, scale));
-            // In turns: the sector in the middle belongs to both.
+            // The two sides alternate, because the sector in the middle belongs to both.
             for step in 0..self.steps {
                 for side in &mut sides {
                     light += self.step(image, receiver, &slice, side, step, rounding, scale, &mut hidden);
@@ -140,7 +112,7 @@ impl Gather {
             DVec2::new((p.x / -p.z / tx + 1.0) * 0.5 * display[0], (1.0 - p.y / -p.z / ty) * 0.5 * display[1])
         };
         let own = pixel_of(receiver.position);
-        // A point a little way along the tangent shows where the slice runs on the screen.
+        // A point close to the receiver along the tangent gives the slice's direction on the screen.
         let heading = pixel_of(receiver.position + sign * slice.tangent * receiver.depth * 1e-4) - own;
         let step = heading.normalize();
         let reach = self.reach(receiver, slice, own, step, display, &|pixel| ray_of(image, pixel));
@@ -148,7 +120,7 @@ impl Gather {
         Side { sign, jitter, own, step, reach, first, before: (0.0, 1.0 / receiver.depth) }
     }
 
-    #[allow(clippy::too_many_arguments, reason = "a twin of the shader's function")]
+    #[allow(clippy::too_many_arguments, reason = "mirrors the shader's function")]
     fn step(
         &self,
         image: &GBuffer,
@@ -174,11 +146,11 @@ impl Gather {
         let source = &image.pixels[(texel[1] * image.size[0] + texel[0]) as usize];
         let before = side.before;
         if source.depth <= 0.0 {
-            // Nothing runs on behind the sky.
+            // No surface continues behind the sky.
             side.before = (way, f64::NEG_INFINITY);
             return DVec3::ZERO;
         }
-        // The texel's plane, where the ray at a way meets it; not followed to other depths than about its own.
+        // One over the depth at which a ray hits the texel's plane, limited to about the texel's own depth.
         let slope = (source.normal.dot(source.position) / source.depth).min(MIN_SLOPE);
         let own_ray = source.position / source.depth;
         let inverse_at = |ray: DVec3| (1.0 + source.normal.dot(ray - own_ray) / slope) / source.depth;
@@ -191,7 +163,7 @@ impl Gather {
         let seen = ray_of(own + way * step) / inverse(way);
         let back = ray_of(own + way * step).normalize() * self.thickness;
         let fronts = if self.radiometric {
-            // Behind what the sample before showed, the two meet on the way.
+            // Where the plane lies behind the previous sample, the two meet in between.
             let behind = inverse(before.0) < before.1;
             let met = if behind { begin.min(before.0) } else { begin };
             let first = (if faces { met } else { begin.max(0.5 * way) }).max(NEAREST);
@@ -217,7 +189,7 @@ impl Gather {
         let weight = if self.radiometric {
             f64::from(u8::from(faces))
         } else {
-            // The plane's place at the texel's middle: planes keep no other.
+            // Planes store the position at the texel's centre only.
             let toward = middle_of / own_inverse - receiver.position;
             let cosines = receiver.normal.dot(toward).max(0.0) * -source.normal.dot(toward).min(0.0);
             cosines / toward.length_squared().max(1e-30)
@@ -225,7 +197,7 @@ impl Gather {
         source.radiance * weight * f64::from(fresh)
     }
 
-    /// Pixels to the edge of the screen, or to where no point within the radius is seen any more.
+    /// Distance in pixels to the edge of the screen, or to where no point within the radius projects.
     fn reach(
         &self,
         receiver: &Pixel,
@@ -244,7 +216,7 @@ impl Gather {
         if sine >= 1.0 {
             return edge;
         }
-        // The angle between the rays grows along the way: bisection.
+        // The angle between the rays grows with the distance: bisection.
         let seen = |way: f64| ray_of(own + way * step).angle_between(-slice.to_eye) <= sine.asin();
         if seen(edge) {
             return edge;
@@ -257,7 +229,7 @@ impl Gather {
         low
     }
 
-    /// Place among the sectors of a direction.
+    /// Position of a direction among the sectors.
     fn sector(&self, slice: &Slice, sign: f64, direction: DVec3) -> f64 {
         let h = slice.angle_of(sign, direction).min(sign * slice.angle + FRAC_PI_2);
         let count = f64::from(self.sectors);
@@ -278,7 +250,7 @@ struct Slice {
 }
 
 impl Slice {
-    /// From the direction to the eye, 0..pi, on a side.
+    /// Angle from the direction to the eye, 0..pi, on a side.
     fn angle_of(&self, sign: f64, direction: DVec3) -> f64 {
         (sign * direction.dot(self.tangent)).atan2(direction.dot(self.to_eye))
     }
@@ -289,7 +261,7 @@ impl Slice {
         t.signum() * (primitive(t) - primitive(0.0))
     }
 
-    /// Over the whole slice.
+    /// The same integral over the whole slice.
     fn whole(&self) -> f64 {
         self.angle.cos() + self.angle * self.angle.sin()
     }

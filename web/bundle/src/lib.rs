@@ -38,7 +38,7 @@ pub fn build(dist: &Path) -> Result<Size, String> {
     bindgen.input_path(&wasm).typescript(false).remove_name_section(true).remove_producers_section(true);
     let bound = bindgen.web(true).and_then(|bindgen| bindgen.generate(dist));
     bound.map_err(|e| failed("wasm-bindgen cannot write to", &format!("{e:#}")))?;
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../web/page");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../page");
     for name in PAGE {
         fs::copy(page.join(name), dist.join(name)).map_err(|e| failed("cannot copy the page to", &e))?;
     }
@@ -51,7 +51,7 @@ fn compile() -> Result<PathBuf, String> {
     command
         .args(["build", "--profile", "web", "--target", "wasm32-unknown-unknown", "--package", "halflight-web"])
         .args(["--message-format", "json-render-diagnostics"])
-        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
+        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."))
         // Flags of a caller, for example of its linter, would compile everything anew.
         .env_remove("RUSTFLAGS")
         .stdout(Stdio::piped());

@@ -45,7 +45,7 @@ fn run(arguments: &[String]) -> Result<(), (u8, String)> {
             other => return Err((2, format!("web takes no {other}: give --dist DIR, --port PORT or nothing"))),
         }
     }
-    let folder = dist.clone().unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/web-dist"));
+    let folder = dist.clone().unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/web-dist"));
     let size = halflight_bundle::build(&folder).map_err(|sentence| (1, sentence))?;
     let megabytes = |bytes: u64| bytes as f64 / 1e6;
     println!("{}: {:.2} MB, {:.2} MB compressed (gzip)", folder.display(), megabytes(size.raw), megabytes(size.gzip));

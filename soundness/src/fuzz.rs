@@ -1,8 +1,7 @@
-//! Damaged files for every reader: models, materials, scenes, grids and presets. A reader returns a scene that is sound
-//! or one sentence that names the file; it never panics and never hangs.
+//! Damaged files for every reader: models, materials, scenes, grids and presets. A reader returns a valid scene or one
+//! sentence that names the file. It never panics and never hangs.
 
 use std::{
-    panic::{AssertUnwindSafe, catch_unwind},
     path::Path,
     sync::{
         Arc, Mutex, PoisonError,
@@ -12,14 +11,14 @@ use std::{
 };
 
 use glam::Vec3;
+use halflight_evaluator::{Error, grid::Grid, progress::Progress};
 use halflight_native::files::write_whole;
-use halflight_renderer::preset::Preset;
+use halflight_renderer::{parameters::Settings, preset::Preset};
 use halflight_scenes::{Light, MemoryFiles, Scene, load_scene};
 
-use super::{oracle::Random, panic_words};
-use crate::{Error, grid::Grid, progress::Progress};
+use crate::{check::Check, oracle::Random, panics::caught};
 
-/// A reader and a file that it takes.
+/// A reader, by the file that it reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reader {
     /// A model.
@@ -56,7 +55,7 @@ const GRID: &str = "preset = \"soler2009_fig6\"\nscenes = [\"a.toml\", \"b.toml\
 const PRESET: &str = "technique = \"hierarchical\"\n\n[settings]\nsamples = 16\nradius = 20.5\nring = \"2009\"\n\
                       start_resolution = \"half\"\n\"direct.shadow_map_size\" = 1024\n";
 
-/// Words that readers know or stumble over.
+/// Words that readers know, and numbers at the limits of their ranges.
 const WORDS: &[&str] = &[
     "nan",
     "inf",
@@ -172,14 +171,14 @@ impl Reader {
         }
     }
 
-    /// What is wrong with what the reader did with these bytes; `None` where it did well.
+    /// What the reader does wrong with these bytes, if anything.
     pub fn fault(self, bytes: &[u8]) -> Option<String> {
         let start = Instant::now();
-        let fault = match catch_unwind(AssertUnwindSafe(|| self.read(bytes))) {
-            Err(panic) => Some(format!("panics: {}", panic_words(&*panic))),
+        let fault = match caught(|| self.read(bytes)) {
+            Err(message) => Some(format!("panics: {message}")),
             Ok(Err(sentence)) => bad_sentence(&sentence, self.file()),
             Ok(Ok(None)) => None,
-            Ok(Ok(Some(scene))) => unsound(&scene),
+            Ok(Ok(Some(scene))) => invalid(&scene),
         };
         let took = start.elapsed();
         fault.or_else(|| (took > TOO_LONG).then(|| format!("takes {:.1} s", took.as_secs_f64())))
@@ -192,7 +191,7 @@ impl Reader {
                 (name, if name == file { bytes.to_vec() } else { text.as_bytes().to_vec() })
             };
             let files: MemoryFiles = good.into_iter().map(with).collect();
-            // A model alone has an automatic camera and sun, too.
+            // A model without a scene file gets an automatic camera and sun.
             let first = if file == "s.toml" { "s.toml" } else { "m.obj" };
             load_scene(&files, Path::new(first)).map(Some).map_err(|e| e.to_string())
         };
@@ -205,22 +204,22 @@ impl Reader {
     }
 }
 
-/// A file of under two kilobytes is read in some ten microseconds.
+/// Far more than a file of two kilobytes takes, which is some ten microseconds.
 const TOO_LONG: Duration = Duration::from_secs(5);
-/// After this long, a reader will not come back.
+/// A reader that takes longer counts as hanging.
 const HANGS: Duration = Duration::from_secs(60);
 
 fn bad_sentence(sentence: &str, file: &str) -> Option<String> {
     if sentence.lines().count() != 1 {
         return Some(format!("the sentence has {} lines: {sentence:?}", sentence.lines().count()));
     }
-    // A scene file may be good and name a model that is not.
+    // A valid scene file may name a broken model.
     let names = [file, "s.toml", "m.obj", "m.mtl"].iter().any(|name| sentence.contains(name));
     (!names).then(|| format!("the sentence names no file: {sentence:?}"))
 }
 
-/// What a loaded scene must hold, whatever its files were.
-fn unsound(scene: &Scene) -> Option<String> {
+/// What is invalid in a loaded scene, if anything.
+fn invalid(scene: &Scene) -> Option<String> {
     let finite = |v: &[f32]| v.iter().all(|v| v.is_finite());
     for mesh in &scene.meshes {
         let count = mesh.positions.len();
@@ -275,40 +274,53 @@ fn unsound(scene: &Scene) -> Option<String> {
 /// What a run found.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// Files that were read.
+    /// Number of files.
     pub run: u64,
-    /// Those that were read without complaint: mutations that stay close to valid files.
+    /// Number of files that were accepted, estimated from every 64th.
     pub accepted: u64,
-    /// Faults in words, each with its smallest file.
+    /// Faults as text, each with the smallest file that shows it.
     pub faults: Vec<(Reader, String, Vec<u8>)>,
 }
 
-fn chance(random: &mut Random, most: usize) -> usize {
+impl Outcome {
+    /// The outcome as a check of a table.
+    pub fn check(&self) -> Check {
+        let reason = "each is read as a valid scene or refused by one sentence that names the file";
+        let faults: Vec<&str> = self.faults.iter().map(|(_, fault, _)| fault.as_str()).collect();
+        let share = self.accepted as f64 / self.run.max(1) as f64;
+        Check::new("random", "damaged models, materials, scenes, grids and presets", "readers", &Settings::new())
+            .bounded("faults", faults.len() as f64, 0.0, reason)
+            .detail(format!("{} files, {:.0} % of them accepted; {}", self.run, 100.0 * share, faults.join("; ")))
+    }
+}
+
+/// A random whole number below `most`.
+fn below(random: &mut Random, most: usize) -> usize {
     ((random.unit() * most as f64) as usize).min(most.saturating_sub(1))
 }
 
-/// A damaged file: some edits of a good one by bytes, words and lines; or only noise.
+/// A damaged file: a valid one with some edits of bytes, words and lines, or only noise.
 fn damaged(random: &mut Random, reader: Reader) -> Vec<u8> {
-    if chance(random, 20) == 0 {
-        return (0..chance(random, 300)).map(|_| chance(random, 256) as u8).collect();
+    if below(random, 20) == 0 {
+        return (0..below(random, 300)).map(|_| below(random, 256) as u8).collect();
     }
     let mut bytes = reader.good().as_bytes().to_vec();
-    for _ in 0..=chance(random, 5) {
-        let at = chance(random, bytes.len().max(1));
-        match chance(random, 10) {
-            0 if !bytes.is_empty() => bytes[at] = chance(random, 256) as u8,
+    for _ in 0..=below(random, 5) {
+        let at = below(random, bytes.len().max(1));
+        match below(random, 10) {
+            0 if !bytes.is_empty() => bytes[at] = below(random, 256) as u8,
             1 => bytes.insert(
                 at.min(bytes.len()),
-                WORDS[chance(random, WORDS.len())].as_bytes().first().copied().unwrap_or(0),
+                WORDS[below(random, WORDS.len())].as_bytes().first().copied().unwrap_or(0),
             ),
             2 if !bytes.is_empty() => drop(bytes.remove(at)),
-            3 if chance(random, 4) == 0 => bytes.truncate(at),
+            3 if below(random, 4) == 0 => bytes.truncate(at),
             4 => edit_lines(&mut bytes, random),
             5 => {
-                // A piece of another file.
-                let other = READERS[chance(random, READERS.len())].good().as_bytes();
-                let from = chance(random, other.len());
-                let to = (from + chance(random, 60)).min(other.len());
+                // A part of another file.
+                let other = READERS[below(random, READERS.len())].good().as_bytes();
+                let from = below(random, other.len());
+                let to = (from + below(random, 60)).min(other.len());
                 drop(bytes.splice(at.min(bytes.len())..at.min(bytes.len()), other[from..to].iter().copied()));
             }
             _ => replace_word(&mut bytes, random),
@@ -317,34 +329,34 @@ fn damaged(random: &mut Random, reader: Reader) -> Vec<u8> {
     bytes
 }
 
-/// Doubles, drops or swaps lines.
+/// Duplicates, deletes or swaps lines.
 fn edit_lines(bytes: &mut Vec<u8>, random: &mut Random) {
     let mut lines: Vec<Vec<u8>> = bytes.split(|&b| b == b'\n').map(<[u8]>::to_vec).collect();
-    let (a, b) = (chance(random, lines.len()), chance(random, lines.len()));
-    match chance(random, 3) {
+    let (a, b) = (below(random, lines.len()), below(random, lines.len()));
+    match below(random, 3) {
         0 => drop(lines.remove(a)),
         1 => lines.swap(a, b),
         _ => {
             let line = lines[a].clone();
-            // Many copies of one line now and then: what is quadratic shows.
-            let times = if chance(random, 50) == 0 { 500 } else { 1 };
+            // Sometimes many copies of one line, which reveals quadratic run time.
+            let times = if below(random, 50) == 0 { 500 } else { 1 };
             (0..times).for_each(|_| lines.insert(b, line.clone()));
         }
     }
     *bytes = lines.join(&b'\n');
 }
 
-/// Puts another word in the place of one: a number, a key, a piece of punctuation.
+/// Replaces one word by another: a number, a key or punctuation.
 fn replace_word(bytes: &mut Vec<u8>, random: &mut Random) {
     let part = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'.' | b'-' | b'_' | b'/');
-    let at = chance(random, bytes.len().max(1));
+    let at = below(random, bytes.len().max(1));
     let Some(begin) = (at..bytes.len()).find(|&i| part(bytes[i])) else { return };
     let begin = (0..=begin).rev().take_while(|&i| part(bytes[i])).last().unwrap_or(begin);
     let end = (begin..bytes.len()).find(|&i| !part(bytes[i])).unwrap_or(bytes.len());
-    drop(bytes.splice(begin..end, WORDS[chance(random, WORDS.len())].bytes()));
+    drop(bytes.splice(begin..end, WORDS[below(random, WORDS.len())].bytes()));
 }
 
-/// The same fault with fewer lines, then with fewer bytes.
+/// The smallest file with the same fault that repeated deletion finds.
 fn smallest(reader: Reader, bytes: &[u8]) -> Vec<u8> {
     let kind = |fault: &str| fault.split(':').next().unwrap_or_default().to_owned();
     let wanted = reader.fault(bytes).map(|fault| kind(&fault));
@@ -365,8 +377,8 @@ fn smallest(reader: Reader, bytes: &[u8]) -> Vec<u8> {
     }
 }
 
-/// Reads `count` damaged files, the same ones for the same seed; faults are written to `folder` where one is given.
-/// A reader that does not come back ends the process with exit code 1, its file written.
+/// Reads `count` damaged files, the same ones for the same seed. Faults are written to `folder` where one is given. A reader
+/// that hangs ends the process with exit code 1 after its file is written.
 ///
 /// # Errors
 /// Where a fault cannot be written.
@@ -376,7 +388,7 @@ pub fn run(count: u64, seed: u64, folder: Option<&Path>) -> Result<Outcome, Erro
     let watch = Watch::start(folder);
     let progress = Progress::new("damaged files", count);
     for number in 0..count {
-        let reader = READERS[chance(&mut random, READERS.len())];
+        let reader = READERS[below(&mut random, READERS.len())];
         let bytes = damaged(&mut random, reader);
         watch.begin(number, reader, &bytes);
         outcome.run += 1;
@@ -386,7 +398,7 @@ pub fn run(count: u64, seed: u64, folder: Option<&Path>) -> Result<Outcome, Erro
         match reader.fault(&bytes) {
             None => outcome.accepted += u64::from(number % 64 == 0 && reader.read(&bytes).is_ok()),
             Some(fault) => {
-                // One of each kind is enough to work with.
+                // After 20 faults, only those of a new kind are kept.
                 let known = outcome
                     .faults
                     .iter()
@@ -403,7 +415,7 @@ pub fn run(count: u64, seed: u64, folder: Option<&Path>) -> Result<Outcome, Erro
             }
         }
     }
-    // Every 64th was counted.
+    // Only every 64th was counted.
     outcome.accepted *= 64;
     progress.finish(&format!("{count} damaged files, {} faults", outcome.faults.len()));
     Ok(outcome)
@@ -414,13 +426,13 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
         .map_err(|e: std::io::Error| Error::unwritable(path, e))
 }
 
-/// What is being read and since when; looked at by a thread of its own.
+/// The file that is being read, watched by a thread.
 struct Watch {
     number: Arc<AtomicU64>,
     file: Arc<Mutex<(Option<Reader>, Vec<u8>)>>,
 }
 
-/// The number that says that all is done.
+/// The number that ends the thread.
 const DONE: u64 = u64::MAX;
 
 impl Watch {

@@ -2,10 +2,7 @@
 
 use std::{io::Write as _, path::Path};
 
-use halflight_native::files::write_whole;
-
-use super::{Check, Table};
-use crate::{
+use halflight_evaluator::{
     Error,
     format::number,
     report::{
@@ -14,8 +11,12 @@ use crate::{
         tables::{Cell, Column, Table as Printed, TableRow},
     },
 };
+use halflight_native::files::write_whole;
 
-/// All checks of one row, technique and measure.
+use super::Table;
+use crate::check::Check;
+
+/// All checks of one row, technique and metric.
 struct Line<'a> {
     checks: Vec<&'a Check>,
 }
@@ -26,8 +27,8 @@ impl<'a> Line<'a> {
         for check in &table.checks {
             let same = |line: &&mut Self| {
                 let first = line.checks[0];
-                (first.group, &first.row, &first.technique, first.measure, first.bound.is_some())
-                    == (check.group, &check.row, &check.technique, check.measure, check.bound.is_some())
+                (first.group, &first.row, &first.technique, first.metric, first.bound.is_some())
+                    == (check.group, &check.row, &check.technique, check.metric, check.bound.is_some())
             };
             match lines.iter_mut().rev().take(200).find(same) {
                 Some(line) => line.checks.push(check),
@@ -37,7 +38,7 @@ impl<'a> Line<'a> {
         lines
     }
 
-    /// The check that is nearest to its bound or farthest over it.
+    /// The check with the largest value relative to its bound.
     fn worst(&self) -> &'a Check {
         let key = |check: &Check| match check.bound {
             _ if check.worst.is_nan() => f64::INFINITY,
@@ -52,7 +53,7 @@ impl<'a> Line<'a> {
         let red = self.checks.iter().filter(|check| check.is_red()).count();
         let open = self.checks.iter().filter(|check| check.is_red() && check.explanation().is_none()).count();
         match (self.worst().bound, red, open) {
-            (None, ..) => "told".into(),
+            (None, ..) => "reported".into(),
             (Some(_), 0, _) => "holds".into(),
             (Some(_), red, 0) => format!("RED in {red}, explained"),
             (Some(_), red, _) => format!("RED in {red}"),
@@ -72,16 +73,16 @@ impl std::fmt::Display for Table {
                 worst.technique,
                 worst.row,
                 line.checks.len(),
-                worst.measure,
+                worst.metric,
                 number(worst.worst, 3),
             )?;
         }
         for check in self.checks.iter().filter(|check| check.is_red()) {
-            let Check { group, row, technique, settings, measure, worst, detail, .. } = check;
+            let Check { group, row, technique, settings, metric, worst, detail, .. } = check;
             let bound = check.bound.unwrap_or(f64::NAN);
             writeln!(
                 f,
-                "\nRED {group}: {row}\n    {technique} {settings}\n    {measure}: {worst} over {bound}; {detail}"
+                "\nRED {group}: {row}\n    {technique} {settings}\n    {metric}: {worst} over {bound}; {detail}"
             )?;
             writeln!(f, "    {}", check.explanation().unwrap_or("not explained"))?;
         }
@@ -90,20 +91,20 @@ impl std::fmt::Display for Table {
 }
 
 impl Table {
-    /// How many checks there were and how they came out.
+    /// Number of checks by result.
     pub fn summary(&self) -> String {
         let red = self.checks.iter().filter(|check| check.is_red()).count();
-        let told = self.checks.iter().filter(|check| check.bound.is_none()).count();
+        let reported = self.checks.iter().filter(|check| check.bound.is_none()).count();
         let open = self.unexplained().count();
         format!(
-            "{} checks: {} hold, {told} are told without a bound, {red} are red, of which {open} are not explained",
+            "{} checks: {} hold, {reported} are reported without a bound, {red} are red, of which {open} are not explained",
             self.checks.len(),
-            self.checks.len() - told - red
+            self.checks.len() - reported - red
         )
     }
 
-    /// Writes digest.md (a line for each row), stability.md (a line for each row and technique), stability.csv (every
-    /// check) and index.html.
+    /// Writes digest.md (a line per row), stability.md (a line per row and technique), stability.csv (every check) and
+    /// index.html.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -122,13 +123,13 @@ impl Table {
             facts,
             chart: &chart,
             tables: &self.tables(),
-            pictures_note: "There are none: rows are numbers.",
+            pictures_note: "No images: rows are numbers.",
             pictures: &[],
         };
         text("index.html", page.html().as_bytes())
     }
 
-    /// The tables under a list of facts.
+    /// The tables below a list of facts.
     pub fn markdown(&self, facts: &[(&'static str, String)]) -> String {
         let mut text = format!("# Sound at the extremes\n\n{}.\n\n", self.summary());
         facts.iter().for_each(|(name, value)| text += &format!("- {name}: {value}\n"));
@@ -137,12 +138,12 @@ impl Table {
         text
     }
 
-    /// A line for each row and bounded measure, over all techniques and settings.
+    /// A line per row and bounded metric, over all techniques and settings.
     pub fn digest(&self) -> String {
         let mut rows: Vec<Vec<&Check>> = Vec::new();
         for check in self.checks.iter().filter(|check| check.bound.is_some()) {
             let same = |row: &&mut Vec<&Check>| {
-                (row[0].group, &row[0].row, row[0].measure) == (check.group, &check.row, check.measure)
+                (row[0].group, &row[0].row, row[0].metric) == (check.group, &check.row, check.metric)
             };
             match rows.iter_mut().find(same) {
                 Some(row) => row.push(check),
@@ -159,7 +160,7 @@ impl Table {
                     Cell::text(worst.row.clone()),
                     Cell::text(line.result()),
                     count(line.checks.len()),
-                    Cell::text(worst.measure),
+                    Cell::text(worst.metric),
                     Cell::number(Some(worst.worst), 3),
                     Cell::number(worst.bound, 3),
                 ],
@@ -173,7 +174,7 @@ impl Table {
                 Column::text("row"),
                 Column::text("result"),
                 Column::numeric("checks", "", ""),
-                Column::text("measure"),
+                Column::text("metric"),
                 Column::numeric("worst", "", ""),
                 Column::numeric("bound", "", ""),
             ],
@@ -204,7 +205,7 @@ impl Table {
             .map_err(|e| failed(&e))?;
         for check in &self.checks {
             let result = match check.bound {
-                None => "told",
+                None => "reported",
                 Some(_) if check.is_red() => "red",
                 Some(_) => "holds",
             };
@@ -215,7 +216,7 @@ impl Table {
                     &check.technique,
                     &check.settings,
                     result,
-                    check.measure,
+                    check.metric,
                     &check.worst.to_string(),
                     &check.bound.map_or(String::new(), |bound| bound.to_string()),
                     &check.reason,
@@ -248,7 +249,7 @@ impl Table {
         tables
     }
 
-    /// One bar a group: checks that hold, that are told, that are red.
+    /// One bar per group: checks that hold, that are reported and that are red.
     fn chart(&self) -> Drawing {
         let mut bars: Vec<(String, Vec<f64>)> = Vec::new();
         for check in &self.checks {
@@ -266,7 +267,7 @@ impl Table {
         Bars {
             title: "Checks by group".into(),
             unit: "checks".into(),
-            segments: ["holds", "told", "red"].into_iter().enumerate().map(segment).collect(),
+            segments: ["holds", "reported", "red"].into_iter().enumerate().map(segment).collect(),
             bars,
         }
         .draw()
@@ -284,7 +285,7 @@ fn group_table<'a>(group: &str, lines: impl Iterator<Item = &'a Line<'a>>) -> Pr
                 Cell::text(worst.technique.clone()),
                 Cell::text(line.result()),
                 count(line.checks.len()),
-                Cell::text(worst.measure),
+                Cell::text(worst.metric),
                 Cell::number(Some(worst.worst), 3),
                 Cell::number(worst.bound, 3),
                 Cell::text(worst.reason.clone()),
@@ -300,10 +301,10 @@ fn group_table<'a>(group: &str, lines: impl Iterator<Item = &'a Line<'a>>) -> Pr
             Column::text("row"),
             Column::text("technique"),
             Column::text("result"),
-            Column::numeric("settings tried", "", "with how many different settings the row was run"),
-            Column::text("measure"),
+            Column::numeric("settings tried", "", "number of different settings that the row ran with"),
+            Column::text("metric"),
             Column::numeric("worst", "", "over all settings"),
-            Column::numeric("bound", "", "what it may be at most; empty where nothing is promised"),
+            Column::numeric("bound", "", "largest value that passes; empty where the value is reported"),
             Column::text("reason"),
             Column::text("settings of the worst"),
             Column::text("detail"),
@@ -324,23 +325,23 @@ fn red_table(red: &[&Check]) -> Printed {
             Cell::text(check.row.clone()),
             Cell::text(check.technique.clone()),
             Cell::text(check.settings.clone()),
-            Cell::text(check.measure),
+            Cell::text(check.metric),
             Cell::number(Some(check.worst), 3),
             Cell::number(check.bound, 3),
             Cell::text(check.explanation().unwrap_or("not explained")),
         ],
     };
     Printed {
-        title: "What is red".into(),
-        caption: "Each with its cause and its mend.".into(),
+        title: "Red checks".into(),
+        caption: "Each with its cause and fix.".into(),
         columns: vec![
             Column::text("row"),
             Column::text("technique"),
             Column::text("settings"),
-            Column::text("measure"),
+            Column::text("metric"),
             Column::numeric("value", "", ""),
             Column::numeric("bound", "", ""),
-            Column::text("cause and mend"),
+            Column::text("cause and fix"),
         ],
         rows: red.iter().map(row).collect(),
     }

@@ -1,15 +1,15 @@
-//! Faults from outside, as `evaluator stability` tries them: killed runs, a full disk, files that vanish, a lost device.
+//! Faults from outside: killed runs, a full disk, files that vanish, a lost device.
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
 
-use halflight_evaluator::stability::faults;
+use halflight_soundness::faults;
 
 #[test]
 fn finished_cells_outlive_every_fault() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("faults");
     let adapter = std::env::var("HALFLIGHT_ADAPTER").unwrap_or_else(|_| "any".into());
-    let checks = faults::run(Path::new(env!("CARGO_BIN_EXE_evaluator")), &folder, &adapter).unwrap();
+    let checks = faults::run(Path::new(env!("CARGO_BIN_EXE_soundness")), &folder, &adapter).unwrap();
     for check in &checks {
         println!("{}: {}", check.row, check.detail);
     }

@@ -1,5 +1,5 @@
-//! Which settings a technique is run with: they follow from the declarations of its parameters, so that a new technique
-//! or a new switch is covered as soon as it is listed.
+//! The settings that a technique is tested with. They follow from the declarations of its parameters, so that a new
+//! technique or parameter is covered as soon as it is listed.
 
 use std::collections::BTreeSet;
 
@@ -10,8 +10,8 @@ use halflight_renderer::{
     techniques::Technique,
 };
 
-/// The values that a parameter is tried with: every choice; both ends of a range, the default, and where a range
-/// begins at 0, which often means "off" or "find it yourself", a number just above.
+/// The values that a parameter is tested with: every choice; both ends of a range and the default; and, where a range
+/// begins at 0, which often means "off" or "automatic", a number just above 0.
 pub fn values(parameter: &Parameter) -> Vec<Value> {
     let mut values = match parameter.kind {
         Kind::Choice(names) => names.iter().map(|name| Value::Text((*name).into())).collect(),
@@ -19,7 +19,7 @@ pub fn values(parameter: &Parameter) -> Vec<Value> {
         Kind::Int(low, high) => vec![parameter.default.clone(), Value::Int(low), Value::Int(high)],
         Kind::Float(low, high) => {
             let mut values = vec![parameter.default.clone(), Value::Float(low), Value::Float(high)];
-            // A millionth of the range: under a pixel of any radius, under a thousandth of any share.
+            // A millionth of the range: less than a pixel of any radius.
             if low == 0.0 {
                 values.push(Value::Float(1e-6 * high));
             }
@@ -48,7 +48,7 @@ pub fn outside(parameter: &Parameter) -> Vec<Value> {
     }
 }
 
-/// Settings of a technique, by how much they cover. Each holds only what differs from the defaults.
+/// Settings of a technique by how much they cover. Each holds only the values that differ from the defaults.
 #[derive(Clone, Debug)]
 pub struct Switches {
     /// The technique.
@@ -59,15 +59,15 @@ pub struct Switches {
     pub single: Vec<Settings>,
     /// Every pair of values of two parameters at least once.
     pub pairs: Vec<Settings>,
-    /// Pairs of values that the technique refuses to have together, each with its sentence.
+    /// Messages with which the technique refuses pairs of values.
     pub refused: BTreeSet<String>,
 }
 
-/// A parameter's place and a value's place among its values.
+/// Index of a parameter, and index of a value among its values.
 type Pick = (usize, usize);
 
 impl Switches {
-    /// Those of a technique, for scenes that have what any setting may ask for.
+    /// The settings of a technique, for scenes that have everything that a setting may need.
     pub fn of(technique: &'static Technique, facts: &SceneFacts) -> Self {
         let parameters = (technique.parameters)();
         let all: Vec<Vec<Value>> = parameters.iter().map(values).collect();
@@ -76,7 +76,7 @@ impl Switches {
             chosen.filter(|(p, value)| **value != p.default).map(|(p, value)| (p.key(), value.clone())).collect()
         };
         let refusal = |settings: &Settings| {
-            // A size that keeps levels apart and plans fast.
+            // Large enough for several levels, and fast to plan.
             plan_technique_of_scene(facts, technique, settings, [64, 36]).err().map(|error| error.to_string())
         };
         let defaults: Vec<usize> = parameters
@@ -109,15 +109,15 @@ impl Switches {
     }
 }
 
-/// What the parameters of one technique may be.
+/// The values of the parameters of one technique.
 struct Space<'a> {
     /// Values of every parameter.
     all: &'a [Vec<Value>],
-    /// Places of the defaults.
+    /// Indices of the defaults.
     defaults: &'a [usize],
-    /// The settings that places of values stand for.
+    /// Settings by indices of values.
     settings: &'a dyn Fn(&[usize]) -> Settings,
-    /// Why a technique refuses settings.
+    /// The message with which the technique refuses settings.
     refusal: &'a dyn Fn(&Settings) -> Option<String>,
 }
 
@@ -126,8 +126,8 @@ impl Space<'_> {
         (self.refusal)(&(self.settings)(row)).is_none()
     }
 
-    /// The wanted values and defaults otherwise; where these are refused, with one other value more that makes them
-    /// acceptable. `None` where there is none; then the sentence is among the refused.
+    /// The wanted values, and defaults for the others; where these are refused, with one more value that makes them
+    /// acceptable. `None` where there is none; then the message is added to `refused`.
     fn accepted(&self, wanted: &[Pick], refused: &mut BTreeSet<String>) -> Option<Vec<usize>> {
         let mut plain = self.defaults.to_vec();
         wanted.iter().for_each(|&(parameter, value)| plain[parameter] = value);
@@ -146,8 +146,8 @@ impl Space<'_> {
         None
     }
 
-    /// Rows of values that have every wanted combination at least once: each row starts with one that is missing and
-    /// takes for every other parameter the value that adds most (Cohen et al. 1997) and is accepted.
+    /// Settings that have every wanted combination at least once. Each starts with a missing combination and takes for every
+    /// other parameter the accepted value that covers most of the missing ones (Cohen et al. 1997).
     fn cover(&self, missing: &mut BTreeSet<Vec<Pick>>, refused: &mut BTreeSet<String>) -> Vec<Settings> {
         if self.all.is_empty() {
             return vec![(self.settings)(&[])];
@@ -160,7 +160,7 @@ impl Space<'_> {
             start.iter().for_each(|&(parameter, _)| fixed[parameter] = true);
             for parameter in (0..self.all.len()).filter(|&p| !fixed[p]).collect::<Vec<_>>() {
                 let gain = |value: usize| {
-                    // Of the combinations with this value, those whose other values are settled already.
+                    // Combinations with this value whose other values are already fixed.
                     let new = |wanted: &&Vec<Pick>| {
                         wanted.contains(&(parameter, value))
                             && wanted.iter().all(|&(p, v)| p == parameter || (fixed[p] && row[p] == v))
@@ -168,7 +168,7 @@ impl Space<'_> {
                     missing.iter().filter(new).count()
                 };
                 let mut order: Vec<usize> = (0..self.all[parameter].len()).collect();
-                // What none needs stays at its default, which every other value goes with.
+                // A value that covers nothing stays at its default, which is compatible with every other value.
                 order.sort_by_key(|&v| std::cmp::Reverse((gain(v), v == self.defaults[parameter])));
                 let fits = |&&value: &&usize| {
                     let mut row = row.clone();
@@ -192,9 +192,9 @@ mod tests {
     use halflight_renderer::techniques::TECHNIQUES;
 
     use super::*;
-    use crate::stability::extremes::everything;
+    use crate::scenes::everything;
 
-    /// Whether settings, with defaults for what they leave out, have a parameter at a value.
+    /// Whether a parameter has this value in settings that may leave it at its default.
     fn has(settings: &Settings, parameter: &Parameter, value: &Value) -> bool {
         settings.get(&parameter.key()).unwrap_or(&parameter.default) == value
     }
@@ -219,13 +219,13 @@ mod tests {
                     }
                 }
             }
-            // What is missing, the technique refuses, with defaults or with any one value more.
+            // The technique refuses what is missing.
             for settings in &missing {
                 let refused = plan_technique_of_scene(&facts, technique, settings, [64, 36]).is_err();
                 assert!(refused, "{settings:?} is accepted and never run");
             }
-            // Far fewer than all combinations, and not many more than the two longest lists make: the number of rows
-            // grows with the logarithm of the number of parameters.
+            // The number of rows is at least the product of the two longest lists of values, and grows with the logarithm
+            // of the number of parameters.
             let mut lengths: Vec<usize> = parameters.iter().map(|p| values(p).len()).collect();
             lengths.sort_unstable();
             let least: usize = lengths.iter().rev().take(2).product();

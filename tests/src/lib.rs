@@ -1,5 +1,7 @@
 //! Helpers of the tests that need more than one crate: one device per test binary, bundled scenes, requests and images.
 
+pub mod snapshot;
+
 use std::{
     path::{Path, PathBuf},
     sync::OnceLock,

@@ -11,6 +11,7 @@ use std::{
 
 mod evaluate;
 mod setup;
+mod snapshots;
 mod stability;
 mod test;
 mod web;
@@ -25,7 +26,11 @@ Commands:
                                 ARGUMENTS go to `evaluator run`; --grid and --out replace grids/default.toml
                                 and reports/default. --dev builds in the profile that the tests use.
   stability [ARGUMENTS]         Run the numerical stress tests; `cargo xtask stability --help` lists ARGUMENTS.
-  test                          Check formatting, lints (native and wasm32) and documentation, then run every test.
+  snapshots [--accept]          Compare small images of every technique with those in tests/snapshots;
+                                --accept makes the new images the expected ones.
+  test [--quick]                Check formatting, lints (native and wasm32) and documentation, then run every test.
+                                --quick checks formatting and runs the tests that find most per second: under five
+                                minutes after the build on two cores.
   web [--dist DIR] [--port PORT]
                                 Build the browser demo and serve it on 127.0.0.1, or write it to a folder.
 
@@ -72,14 +77,20 @@ fn dispatch(arguments: &[String]) -> Result<ExitCode, Stop> {
     };
     match (command.as_str(), rest) {
         ("evaluate", rest) => evaluate::run(rest),
+        ("snapshots", []) => snapshots::compare(false),
+        ("snapshots", [accept]) if accept == "--accept" => snapshots::compare(true),
+        ("snapshots", [extra, ..]) => {
+            Err(Stop::bad_input(format!("cargo xtask snapshots takes --accept or nothing, not {extra}")))
+        }
         ("test", []) => test::run_all(),
+        ("test", [quick]) if quick == "--quick" => test::run_quick(),
         ("test", [extra, ..]) => Err(Stop::bad_input(format!(
-            "cargo xtask test takes no argument, so not {extra}: to run some tests only, use cargo test"
+            "cargo xtask test takes --quick or nothing, not {extra}: to run some tests only, use cargo test"
         ))),
         ("stability", rest) => stability::run(rest),
         ("web", rest) => web::run(rest),
         (unknown, _) => Err(Stop::bad_input(format!(
-            "there is no command {unknown}: choose evaluate, stability, test or web, or ask for --help"
+            "there is no command {unknown}: choose evaluate, snapshots, stability, test or web, or ask for --help"
         ))),
     }
 }

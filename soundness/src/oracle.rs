@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use halflight_evaluator::session::Frames;
 
+pub mod pairs;
 pub mod sectors;
 pub mod voxels;
 

@@ -6,7 +6,10 @@ use halflight_evaluator::session::Session;
 use halflight_renderer::{SceneFacts, plan_technique, techniques::TECHNIQUES};
 use halflight_scenes::Scene;
 use halflight_soundness::{
-    oracle::voxels::{Grid, answered, answers, surfels_of},
+    oracle::{
+        pairs::{Level, answered, surfels_of},
+        voxels::Grid,
+    },
     scenes,
 };
 use halflight_tests::{bundled, device, frames, known, mean_luminance, render, request, settings};
@@ -26,12 +29,11 @@ fn rays_answer_as_their_double_precision_twin() {
             "hierarchical",
             &[("visibility", kind), ("visibility_downsampling", downsampling), ("levels", "3")],
         );
-        let (frames, levels) = answered(&session, &values, [640, 360], 1200);
+        let (frames, levels) = answered(&session, &values, [640, 360], 1200).unwrap();
         let mut grid = Grid::read(&frames, 4);
-        for (k, (surfels, pairs)) in levels.iter().enumerate() {
-            let seen = answers(&frames, k as u32);
+        for (k, Level { surfels, pairs, seen }) in levels.iter().enumerate() {
             let mut wrong = 0;
-            for (&pair, &seen) in pairs.iter().zip(&seen) {
+            for (&pair, &seen) in pairs.iter().zip(seen) {
                 let [receiver, source] = surfels_of(surfels, pair);
                 let hides = |slack| grid.hides(surfels, &receiver, &source, slack);
                 let tie = hides(ROUNDING) != hides(-ROUNDING);

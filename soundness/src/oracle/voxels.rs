@@ -1,17 +1,9 @@
 //! The view-space voxel grid and its rays in float64 on the CPU. Every column on the way is clipped separately, where the
 //! shader steps from one to the next.
 
-use halflight_evaluator::session::{Frames, Session};
-use halflight_renderer::{
-    SceneFacts,
-    parameters::Settings,
-    plan::{FramePlan, Part},
-    plan_frame,
-    techniques::hierarchical::{Hierarchical, TECHNIQUE, covering_radius, ring_radii},
-};
-use wgpu::TextureFormat;
+use halflight_evaluator::session::Frames;
 
-use super::{GBuffer, Pixel, Random};
+use super::{GBuffer, Pixel};
 
 /// Slices of a column.
 const SLICES: f64 = 128.0;
@@ -147,114 +139,4 @@ impl Grid {
         }
         false
     }
-}
-
-/// The texels of a receiver and of a source.
-pub type Pair = [u32; 4];
-
-/// Pairs of surfels of one level as the gather takes them: the source lies in the receiver's ring, and they face each
-/// other.
-pub fn ring_pairs(surfels: &GBuffer, k: u32, parameters: &Hierarchical, start: [u32; 2], count: usize) -> Vec<Pair> {
-    let radius = match parameters.radius {
-        0.0 => covering_radius(parameters.ring, parameters.levels, start),
-        radius => radius,
-    };
-    let [inner, outer] = ring_radii(parameters.ring, radius, k).map(f64::from);
-    let [width, height] = surfels.size;
-    let mut random = Random(u64::from(k) + 1);
-    let mut pairs = Vec::new();
-    // Bounded, because a scene may have no such pair.
-    for _ in 0..1000 * count {
-        let at = [random.unit() * f64::from(width), random.unit() * f64::from(height)];
-        let distance = (inner * inner + random.unit() * (outer * outer - inner * inner)).sqrt();
-        let angle = std::f64::consts::TAU * random.unit();
-        let other = [at[0] + distance * angle.cos(), at[1] + distance * angle.sin()];
-        if other[0] < 0.0 || other[1] < 0.0 || other[0] >= f64::from(width) || other[1] >= f64::from(height) {
-            continue;
-        }
-        let pair = [at, other].map(|p| p.map(|v| v as u32));
-        let [receiver, source] = pair.map(|[x, y]| surfels.pixels[(y * width + x) as usize]);
-        if receiver.depth > 0.0 && source.depth > 0.0 && surfels.form_factor(&receiver, &source, 1.0, true) > 0.0 {
-            pairs.push([pair[0][0], pair[0][1], pair[1][0], pair[1][1]]);
-            if pairs.len() == count {
-                break;
-            }
-        }
-    }
-    pairs
-}
-
-/// The surfels of a pair.
-pub fn surfels_of(surfels: &GBuffer, [x, y, i, j]: Pair) -> [Pixel; 2] {
-    [[x, y], [i, j]].map(|[x, y]| surfels.pixels[(y * surfels.size[0] + x) as usize])
-}
-
-/// A frame with voxels, and for some levels a pass that answers pairs with the gather's own function.
-///
-/// # Panics
-/// Where the settings are out of range.
-pub fn plan_with_pairs(
-    facts: &SceneFacts,
-    settings: &Settings,
-    size: [u32; 2],
-    pairs: &[(u32, Vec<Pair>)],
-) -> FramePlan {
-    let mut plan = plan_frame(facts, &TECHNIQUE, settings, size, Default::default()).expect("a plan");
-    for (k, pairs) in pairs {
-        let gather = plan.find(&format!("gather_{k}")).expect("the level gathers").clone();
-        let data = plan.data(format!("pairs_{k}"), bytemuck::cast_slice(pairs).to_vec(), "pairs to answer");
-        let answers = plan.texture(format!("answers_{k}"), [pairs.len() as u32, 1], TextureFormat::R32Float, "answers");
-        let mut pass = plan.pass(Part::Technique, format!("pairs_{k}"), "hierarchical/gather+visibility+pairs");
-        for (field, value) in gather.params {
-            pass = pass.param(field, value);
-        }
-        for (variable, id) in gather.bindings.into_iter().filter(|(variable, _)| *variable != "gathered") {
-            pass = pass.bind(variable, id);
-        }
-        pass.constants(&gather.constants)
-            .bind("pairs", data)
-            .bind("answers", answers)
-            .because("the gather's own answer for given pairs")
-            .over([pairs.len() as u32, 1]);
-    }
-    plan
-}
-
-/// What the device answered: true where the source is seen.
-///
-/// # Panics
-/// Where the frame did not run.
-pub fn answers(frames: &Frames, k: u32) -> Vec<bool> {
-    let bytes = frames.read_bytes(&format!("answers_{k}")).expect("answers are read").expect("the level has answers");
-    bytemuck::cast_slice::<u8, f32>(&bytes).iter().map(|&v| v > 0.5).collect()
-}
-
-/// Runs a frame of a scene with voxels and pairs for all of its levels; returns it with surfels and pairs.
-///
-/// # Panics
-/// Where the frame fails.
-pub fn answered<'a>(
-    session: &'a Session,
-    settings: &Settings,
-    size: [u32; 2],
-    count: usize,
-) -> (Frames<'a>, Vec<(GBuffer, Vec<Pair>)>) {
-    let parameters = Hierarchical::from_settings(settings).expect("settings in range");
-    let plain = plan_with_pairs(&session.facts, settings, size, &[]);
-    let mut frames = session.frames_of_plan(plain, 0).expect("the plan runs");
-    frames.run(0).expect("the frame runs");
-    let divisor = parameters.start_resolution.divisor();
-    let start = size.map(|v| v.div_ceil(divisor));
-    let levels: Vec<_> = (0..parameters.levels)
-        .map(|k| {
-            let surfels = GBuffer::read_surfels(&frames, divisor << k);
-            let pairs = ring_pairs(&surfels, k, &parameters, start, count);
-            (surfels, pairs)
-        })
-        .collect();
-    let pairs: Vec<_> = levels.iter().enumerate().map(|(k, (_, pairs))| (k as u32, pairs.clone())).collect();
-    let plan = plan_with_pairs(&session.facts, settings, size, &pairs);
-    let mut frames = session.frames_of_plan(plan, 0).expect("the plan runs");
-    frames.run(0).expect("the frame runs");
-    (frames, levels)
 }

@@ -20,8 +20,9 @@ use crate::{
     check::Check,
     oracle::{
         GBuffer, GatherTwin,
+        pairs::{Level, answered, surfels_of},
         sectors::Gather,
-        voxels::{Grid, answered, answers, surfels_of},
+        voxels::Grid,
     },
     scenes::{self, bundled},
     settings::{parameter, with_small_shadows},
@@ -224,11 +225,11 @@ fn march(suite: &mut Suite) {
         let settings = settings("hierarchical", &values);
         let check = Check::new(GROUP, row, "hierarchical", &settings);
         suite.guarded(check, |check| {
-            let (frames, levels) = answered(&session, &with_small_shadows(&settings), [160, 90], 400);
+            let (frames, levels) = answered(&session, &with_small_shadows(&settings), [160, 90], 400)?;
             let mut grid = Grid::read(&frames, 4);
             let (mut wrong, mut ties, mut asked, mut hidden) = (0, 0, 0, 0);
-            for (k, (surfels, pairs)) in levels.iter().enumerate() {
-                for (&pair, seen) in pairs.iter().zip(answers(&frames, k as u32)) {
+            for Level { surfels, pairs, seen } in &levels {
+                for (&pair, &seen) in pairs.iter().zip(seen) {
                     let [receiver, source] = surfels_of(surfels, pair);
                     let hides = |slack| grid.hides(surfels, &receiver, &source, slack);
                     let tie = hides(ROUNDING) != hides(-ROUNDING);

@@ -65,21 +65,25 @@ pub struct Cell {
 }
 
 impl Column {
-    pub(crate) fn text(name: impl Into<String>) -> Self {
+    /// A column of text.
+    pub fn text(name: impl Into<String>) -> Self {
         Self { name: name.into(), unit: String::new(), meaning: String::new(), kind: Kind::Text }
     }
 
-    pub(crate) fn numeric(name: impl Into<String>, unit: &str, meaning: &str) -> Self {
+    /// A column of numbers.
+    pub fn numeric(name: impl Into<String>, unit: &str, meaning: &str) -> Self {
         Self { name: name.into(), unit: unit.into(), meaning: meaning.into(), kind: Kind::Number }
     }
 }
 
 impl Cell {
-    pub(crate) fn text(text: impl Into<String>) -> Self {
+    /// A cell with this text.
+    pub fn text(text: impl Into<String>) -> Self {
         Self { text: text.into(), ..Self::default() }
     }
 
-    pub(crate) fn number(value: Option<f64>, digits: usize) -> Self {
+    /// A number with so many significant digits; empty where there is no value.
+    pub fn number(value: Option<f64>, digits: usize) -> Self {
         Self { text: value.map_or(String::new(), |value| number(value, digits)), value, best: false }
     }
 

@@ -13,7 +13,7 @@ use halflight_renderer::{
     scan::Scanned,
     techniques::{Technique, parameters_of},
 };
-use halflight_scenes::{CameraKeyframe, Keyframe, Light, Material, MemoryFiles, Mesh, Motion, Scene, load_scene};
+use halflight_scenes::{CameraKeyframe, Keyframe, Light, MemoryFiles, Motion, Scene, load_scene};
 
 use super::Suite;
 use crate::{

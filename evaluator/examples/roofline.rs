@@ -17,14 +17,14 @@ use halflight_evaluator::{
     session::{Frames, Request, Session, open_adapter, open_scene},
     statistics::percentile,
 };
+use halflight_frame_graph::{FramePlan, Part, Pass, PassTime, ResourceId, ResourceKind};
 use halflight_native::{NativeGpu, images::Rgb};
 use halflight_renderer::{
-    PassTime,
+    gi::Technique,
     parameters::{Settings, Value, check_settings},
-    plan::{FramePlan, Part, Pass, ResourceId, ResourceKind},
-    techniques::{Technique, hierarchical},
 };
 use halflight_scenes::{Camera, Scene};
+use halflight_techniques::hierarchical;
 use wgpu::TextureFormat;
 
 #[derive(Parser)]

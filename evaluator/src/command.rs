@@ -7,10 +7,10 @@ use std::{
 
 use clap::{Args, Parser, Subcommand};
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Settings, Value, check_settings},
-    preset::Preset,
-    techniques::{self, Technique},
 };
+use halflight_techniques::{self, preset::Preset};
 
 use crate::Error;
 
@@ -70,12 +70,12 @@ struct TechniqueArgs {
 
 impl TechniqueArgs {
     fn resolve(&self) -> Result<(&'static Technique, Settings), Error> {
-        let bad = |e: techniques::SettingsError| Error::BadInput(e.to_string());
+        let bad = |e: halflight_renderer::parameters::SettingsError| Error::BadInput(e.to_string());
         let preset = self.preset.as_deref().map(read_preset).transpose()?;
         let technique = match (&self.technique, &preset) {
-            (Some(name), _) => techniques::technique(name).map_err(bad)?,
+            (Some(name), _) => halflight_techniques::technique(name).map_err(bad)?,
             (None, Some(preset)) => preset.technique,
-            (None, None) => techniques::technique("hierarchical").map_err(bad)?,
+            (None, None) => halflight_techniques::technique("hierarchical").map_err(bad)?,
         };
         if let Some(preset) = preset.as_ref().filter(|preset| preset.technique.name != technique.name) {
             return Err(Error::BadInput(format!(
@@ -91,7 +91,7 @@ impl TechniqueArgs {
             let key = if name.contains('.') { name.to_owned() } else { format!("{}.{name}", technique.name) };
             settings.insert(key, Value::parse(value));
         }
-        check_settings(&settings, &techniques::parameters_of(technique)).map_err(bad)?;
+        check_settings(&settings, &halflight_techniques::parameters_of(technique)).map_err(bad)?;
         Ok((technique, settings))
     }
 }

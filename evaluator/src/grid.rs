@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use halflight_renderer::{
-    parameters::Settings,
-    preset::{check, declaration},
-    techniques::{self, Technique},
-};
+use halflight_renderer::{gi::Technique, parameters::Settings};
 use halflight_scenes::{
     SceneError,
     keys::{Source, Table},
+};
+use halflight_techniques::{
+    self,
+    preset::{check, declaration},
 };
 
 use crate::{Error, command::parse_size};
@@ -128,8 +128,9 @@ fn find(grid: &Path, scene: &str) -> PathBuf {
 /// All combinations of a sweep's grid, on top of what it fixes.
 fn expand(sweep: &Table, cells: &mut Vec<Cell>) -> Result<(), SceneError> {
     let name = sweep.required("technique", sweep.text("technique")?, "technique = \"hierarchical\"")?;
-    let technique = techniques::technique(name).map_err(|e| sweep.error("technique", format_args!("is wrong: {e}")))?;
-    let declared = techniques::parameters_of(technique);
+    let technique =
+        halflight_techniques::technique(name).map_err(|e| sweep.error("technique", format_args!("is wrong: {e}")))?;
+    let declared = halflight_techniques::parameters_of(technique);
     let source = sweep.source();
     let mut combinations = vec![Settings::new()];
     for (key, value) in sweep.entries("fixed")? {

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use halflight_renderer::plan::{FramePlan, Part, Pass, Resource, ResourceId, ResourceKind, bytes_in_words};
+use halflight_frame_graph::{FramePlan, Part, Pass, Resource, ResourceId, ResourceKind, bytes_in_words};
 
 use crate::report::escape;
 
@@ -206,7 +206,8 @@ fn thread_label(svg: &mut String, thread: &Thread, x: usize, y: usize) {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use halflight_renderer::{plan_technique, techniques::technique};
+    use halflight_renderer::plan_technique;
+    use halflight_techniques::technique;
 
     use super::*;
 

@@ -8,20 +8,20 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use halflight_frame_graph::scan::Scanned;
 use halflight_native::{
     NativeGpu,
     files::write_whole,
     images::{Image, Rgb, auto_exposure, tone_map_all},
 };
 use halflight_renderer::{
-    SceneFacts,
     parameters::Settings,
     plan_technique_of_scene,
-    scan::Scanned,
-    techniques::parameters_of,
+    scene::SceneFacts,
     truth::{Request as TruthRequest, Stop, Truth},
 };
 use halflight_scenes::{Scene, SceneNeeds};
+use halflight_techniques::parameters_of;
 use serde_json::{Map, Value};
 
 use self::frames::{Noise, OcclusionTruth, Shown, modulate, occlusion_truth, time_frames};
@@ -228,8 +228,9 @@ impl<'a> Runner<'a> {
     fn wants_light(&self) -> bool {
         let facts = SceneFacts::of(self.scene);
         let only_openness = |cell: &Cell| {
-            plan_technique_of_scene(&facts, cell.technique, &cell.settings, self.size)
-                .is_ok_and(|plan| plan.occlusion_radius.is_some() && !plan.outputs.contains_key("indirect"))
+            plan_technique_of_scene(&facts, cell.technique, &cell.settings, self.size).is_ok_and(|plan| {
+                plan.attributes.contains_key("ambient_occlusion.radius") && !plan.outputs.contains_key("indirect")
+            })
         };
         self.grid.direct_from_truth || !self.grid.cells.iter().all(only_openness)
     }
@@ -327,7 +328,7 @@ impl<'a> Runner<'a> {
         let request =
             Request { technique: cell.technique, settings: cell.settings.clone(), size, seed: grid.seed, direct };
         let mut frames = session.technique_frames(&request, scene_frames)?;
-        let occlusion_radius = frames.plan().occlusion_radius;
+        let occlusion_radius = frames.plan().attributes.get("ambient_occlusion.radius").copied();
         let mut noise = Noise::default();
         let mut first: Option<Shown> = None;
         // A filter over frames shows what it can do in the last one.

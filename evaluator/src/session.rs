@@ -2,21 +2,25 @@
 
 use std::path::Path;
 
+use halflight_frame_graph::{
+    CompiledGraph, Continuity, Externals, FramePlan, Gpu, ResourceId, ResourceKind, View,
+    scan::{Scan, Scanned},
+};
 use halflight_native::{
     AdapterChoice, NativeGpu,
     frames::{FrameTime, Timing, map, read_buffer, read_texture, run_frame},
     images::{Image, Rgb},
 };
 use halflight_renderer::{
-    Continuity, DirectSource, Externals, Gpu, Recording, SceneBuffers, SceneFacts, SceneMotion, View, extra_views,
+    DirectSource, extra_views,
+    gi::Technique,
     parameters::{Settings, SettingsError},
-    plan::{FramePlan, ResourceId, ResourceKind},
     plan_frame, plan_scene, plan_technique_of_scene,
-    scan::{Scan, Scanned},
-    techniques::Technique,
+    scene::{SceneBuffers, SceneFacts, SceneMotion, camera_view},
     texels::decoder,
 };
 use halflight_scenes::{DiskFiles, Scene, load_scene};
+use halflight_techniques::needs_of_any;
 use wgpu::TextureFormat as Format;
 
 use crate::Error;
@@ -71,7 +75,7 @@ pub struct Request<'a> {
 pub struct Frames<'a> {
     gpu: &'a Gpu,
     timing: Timing,
-    recording: Recording,
+    recording: CompiledGraph,
     view: View,
     motion: Option<SceneMotion<'a>>,
 }
@@ -113,7 +117,8 @@ impl<'a> Session<'a> {
     /// # Errors
     /// As [`Session::frames`].
     pub fn scene_frames(&self, settings: &Settings, size: [u32; 2]) -> Result<Frames<'a>, Error> {
-        let plan = plan_scene(&self.facts, settings, size, DirectSource::Rendered);
+        let plan = needs_of_any(settings)
+            .and_then(|needs| plan_scene(&self.facts, needs, settings, size, DirectSource::Rendered));
         self.ready(plan, &Externals { scene: Some(&self.buffers), ..Default::default() }, size, 0)
     }
 
@@ -169,11 +174,11 @@ impl<'a> Session<'a> {
                 )));
             }
         }
-        let mut view = View::new(&self.scene.camera, size, self.facts.near);
+        let mut view = camera_view(&self.scene.camera, size, self.facts.near);
         view.seed = seed;
         // Between two frames nothing changes unless the scene says so.
         view.continuity = Continuity::Still;
-        let recording = Recording::new(gpu, plan, externals);
+        let recording = CompiledGraph::new(gpu, plan, externals);
         let motion = SceneMotion::new(self.scene, &self.buffers);
         Ok(Frames { gpu, timing: Timing::of(self.native), recording, view, motion })
     }

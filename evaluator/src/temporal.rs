@@ -2,8 +2,8 @@
 
 use halflight_native::{NativeGpu, images::Rgb};
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Settings, Value},
-    techniques::Technique,
 };
 use halflight_scenes::{Keyframe, Motion, Moves, Scene};
 use serde::{Deserialize, Serialize};

@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use halflight_renderer::Gpu;
+use halflight_frame_graph::Gpu;
 
 /// Which adapter to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use halflight_renderer::{Gpu, PassTime, Recording, View};
+use halflight_frame_graph::{CompiledGraph, Gpu, PassTime, View};
 
 use crate::{DeviceError, NativeGpu};
 
@@ -36,14 +36,14 @@ impl Timing {
 ///
 /// # Errors
 /// Where the device was lost.
-pub fn run_frame(gpu: &Gpu, recording: &Recording, view: &View, timing: Timing) -> Result<FrameTime, DeviceError> {
+pub fn run_frame(gpu: &Gpu, recording: &CompiledGraph, view: &View, timing: Timing) -> Result<FrameTime, DeviceError> {
     match timing {
         Timing::Timestamps => run_whole(gpu, recording, view),
         Timing::Clock => run_apart(gpu, recording, view),
     }
 }
 
-fn run_whole(gpu: &Gpu, recording: &Recording, view: &View) -> Result<FrameTime, DeviceError> {
+fn run_whole(gpu: &Gpu, recording: &CompiledGraph, view: &View) -> Result<FrameTime, DeviceError> {
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
     recording.record(gpu, &mut encoder, view);
     let commands = encoder.finish();
@@ -58,7 +58,7 @@ fn run_whole(gpu: &Gpu, recording: &Recording, view: &View) -> Result<FrameTime,
     Ok(FrameTime { passes, wall_milliseconds })
 }
 
-fn run_apart(gpu: &Gpu, recording: &Recording, view: &View) -> Result<FrameTime, DeviceError> {
+fn run_apart(gpu: &Gpu, recording: &CompiledGraph, view: &View) -> Result<FrameTime, DeviceError> {
     let commands = recording.record_apart(gpu, view);
     let start = Instant::now();
     let mut passes = Vec::with_capacity(commands.len());

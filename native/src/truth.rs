@@ -5,8 +5,9 @@ use std::{
     time::{Duration, Instant},
 };
 
+use halflight_frame_graph::Gpu;
 use halflight_renderer::{
-    Gpu, SceneBuffers,
+    scene::SceneBuffers,
     truth::{Progress, Request, State, Stop, Trace, Tracer, Truth, TruthError},
 };
 use halflight_scenes::{Camera, Environment, Light, Material, Mesh, Scene, Texture};

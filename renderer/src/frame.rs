@@ -2,18 +2,16 @@
 
 mod surfaces;
 
-use halflight_scenes::{Camera, Scene, SceneNeeds};
+use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
 use wgpu::TextureFormat as Format;
 
 pub(crate) use self::surfaces::shadow_entries;
 use self::surfaces::{GBuffer, LookedUp, SceneResources, Shadows, plan_direct, plan_gbuffer, plan_shadows};
 use crate::{
-    emitters::{EmittingTriangle, emitting_triangles},
+    gi::{ExtraView, GBufferNeeds, Inputs, MotionInputs, ReceiveOnlyInputs, Technique},
     parameters,
     parameters::{Settings, SettingsError},
-    plan::{FramePlan, Part, ResourceId},
-    shadow::{ShadowLayer, shadow_bounds, shadow_layers},
-    techniques::{GBufferNeeds, Inputs, MotionInputs, ReceiveOnlyInputs, SceneInputs, Technique, needs_of_any},
+    scene::SceneFacts,
 };
 
 parameters! {
@@ -37,47 +35,6 @@ pub enum DirectSource {
     Given,
 }
 
-/// Facts about a scene that a plan starts from; no geometry and no device.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SceneFacts {
-    /// What the scene requires.
-    pub needs: SceneNeeds,
-    /// What its shadow maps look at, in the first frame.
-    pub shadow_layers: Vec<ShadowLayer>,
-    /// One word a material: 1 where it receives indirect light and sends none. Empty where none does.
-    pub receive_only: Vec<u32>,
-    /// Cameras that see light which the display's does not.
-    pub extra_cameras: Vec<Camera>,
-    /// Near plane for its cameras, scene units.
-    pub near: f32,
-    /// Lower and upper corner of its bounding box, over all frames, world space; a unit cube for an empty scene.
-    pub bounds: [[f32; 3]; 2],
-    /// Number of triangles.
-    pub triangles: u32,
-    /// Triangles that emit light and send it on.
-    pub emitters: Vec<EmittingTriangle>,
-}
-
-impl SceneFacts {
-    /// Collects the facts.
-    pub fn of(scene: &Scene) -> Self {
-        let bounds = scene.swept_bounds();
-        let diagonal = bounds.map_or(1.0, |(low, high)| (high - low).length());
-        // Reversed depth is as precise near the eye as far away, so the near plane may be close; it
-        // only has to stay clear of zero.
-        let near = (diagonal * 1e-4).max(f32::MIN_POSITIVE * 1e10);
-        let bounds = bounds.map_or([[0.0; 3], [1.0; 3]], |(low, high)| [low.to_array(), high.to_array()]);
-        let needs = SceneNeeds::of(scene);
-        let flags = scene.materials.iter().map(|material| u32::from(material.receive_only));
-        let receive_only = if needs.receive_only { flags.collect() } else { Vec::new() };
-        let shadow_layers = shadow_layers(&scene.pose(0).lights, shadow_bounds(scene));
-        let extra_cameras = scene.extra_cameras.clone();
-        let triangles = scene.triangle_count() as u32;
-        let emitters = emitting_triangles(scene);
-        Self { needs, shadow_layers, receive_only, extra_cameras, near, bounds, triangles, emitters }
-    }
-}
-
 /// Plans a whole frame: `technique` with `settings` on a scene with these facts, at this size.
 ///
 /// Outputs are `depth`, `normal`, `albedo`, `direct`, `final` and what the technique gives.
@@ -95,12 +52,13 @@ pub fn plan_frame(
     let needs = (technique.needs)(settings)?;
     let (mut plan, ScenePart { gbuffer, scene, shadow }) =
         plan_scene_for(facts, settings, size, direct, needs, follows)?;
+    let mut extra = Vec::new();
     if extra_views(facts, technique, settings)? {
         let shadow = match (shadow, direct) {
             (None, DirectSource::Given) => plan_shadows(&mut plan, facts, &scene, settings)?,
             (shadow, _) => shadow,
         };
-        plan_extra_views(&mut plan, facts, &scene, shadow);
+        extra = plan_extra_views(&mut plan, facts, &scene, shadow);
     }
     let motion = gbuffer.object.zip(gbuffer.objects).map(|(object, objects)| MotionInputs { object, objects });
     let receive_only = plan_receive_only(&mut plan, facts, &gbuffer);
@@ -113,9 +71,10 @@ pub fn plan_frame(
         motion,
         material: plan.outputs.get("material").copied(),
         receive_only,
-        scene: Some(SceneInputs::of(facts)),
+        scene: Some(facts),
+        extra_views: &extra,
     };
-    let source = plan_source(&mut plan, &inputs);
+    let source = plan_source(&mut plan, inputs.direct, receive_only);
     plan_indirect_from(&mut plan, technique, settings, &Inputs { direct: source, ..inputs }, inputs.direct)?;
     Ok(plan)
 }
@@ -139,12 +98,12 @@ fn plan_receive_only(plan: &mut FramePlan, facts: &SceneFacts, gbuffer: &GBuffer
 }
 
 /// The source of indirect light: direct light, without that of surfaces which only receive.
-fn plan_source(plan: &mut FramePlan, inputs: &Inputs) -> ResourceId {
-    let Some(ReceiveOnlyInputs { material, flags }) = inputs.receive_only else { return inputs.direct };
+fn plan_source(plan: &mut FramePlan, direct: ResourceId, receive_only: Option<ReceiveOnlyInputs>) -> ResourceId {
+    let Some(ReceiveOnlyInputs { material, flags }) = receive_only else { return direct };
     let size = plan.display_size;
     let source = plan.texture("source", size, Format::Rgba32Float, "direct light of surfaces that send it on");
     plan.pass(Part::Technique, "source", "source/source")
-        .bind("direct", inputs.direct)
+        .bind("direct", direct)
         .bind("material", material)
         .bind("receive_only", flags)
         .bind("source", source)
@@ -153,17 +112,19 @@ fn plan_source(plan: &mut FramePlan, inputs: &Inputs) -> ResourceId {
     source
 }
 
-/// The part of a frame before any technique: G-buffer and direct light.
+/// The part of a frame before any technique: G-buffer and direct light, with the channels that a technique with these
+/// `needs` reads.
 ///
 /// # Errors
 /// A setting that its declaration does not allow.
 pub fn plan_scene(
     facts: &SceneFacts,
+    needs: GBufferNeeds,
     settings: &Settings,
     size: [u32; 2],
     direct: DirectSource,
 ) -> Result<FramePlan, SettingsError> {
-    Ok(plan_scene_for(facts, settings, size, direct, needs_of_any(settings)?, false)?.0)
+    Ok(plan_scene_for(facts, settings, size, direct, needs, false)?.0)
 }
 
 /// What the first part of a frame leaves for further views.
@@ -182,26 +143,27 @@ pub fn extra_views(facts: &SceneFacts, technique: &Technique, settings: &Setting
 }
 
 /// G-buffer and direct light of each extra camera.
-fn plan_extra_views(plan: &mut FramePlan, facts: &SceneFacts, scene: &SceneResources, shadow: Option<Shadows>) {
-    for (index, &camera) in facts.extra_cameras.iter().enumerate() {
-        let view = plan.add_view(format!("camera_{}", index + 1), camera);
-        let inputs = plan.from_view(view, |plan| {
+fn plan_extra_views(
+    plan: &mut FramePlan,
+    facts: &SceneFacts,
+    scene: &SceneResources,
+    shadow: Option<Shadows>,
+) -> Vec<ExtraView> {
+    let [width, height] = plan.display_size;
+    let mut views = Vec::new();
+    for (index, camera) in facts.extra_cameras.iter().enumerate() {
+        let tan_half_fov = camera.tan_half_fov(width, height);
+        let view = plan.add_view(format!("camera_{}", index + 1), camera.view_matrix(), tan_half_fov);
+        views.push(plan.from_view(view, |plan| {
             let gbuffer = plan_gbuffer(plan, &facts.needs, scene, DirectSource::Rendered, false, LookedUp::default());
             let direct = plan_direct(plan, facts, scene, &gbuffer, shadow);
-            let inputs = Inputs {
-                depth: gbuffer.depth,
-                normal: gbuffer.normal,
-                direct,
-                albedo: gbuffer.albedo,
-                motion: None,
-                material: None,
-                receive_only: plan_receive_only(plan, facts, &gbuffer),
-                scene: Some(SceneInputs::of(facts)),
-            };
-            Inputs { direct: plan_source(plan, &inputs), ..inputs }
-        });
-        plan.views[view].inputs = Some(inputs);
+            let receive_only = plan_receive_only(plan, facts, &gbuffer);
+            let direct = plan_source(plan, direct, receive_only);
+            let GBuffer { depth, normal, albedo, .. } = gbuffer;
+            ExtraView { view, depth, normal, direct, albedo, receive_only }
+        }));
     }
+    views
 }
 
 /// As [`plan_scene`], with what a technique `needs` and a channel for the moving object that each pixel shows where a
@@ -215,8 +177,6 @@ fn plan_scene_for(
     follows: bool,
 ) -> Result<(FramePlan, ScenePart), SettingsError> {
     let mut plan = FramePlan::new(size);
-    plan.light_views.clone_from(&facts.shadow_layers);
-    plan.emitters.clone_from(&facts.emitters);
     let scene = SceneResources {
         vertices: plan.external("scene.vertices", "the scene's geometry"),
         materials: plan.external("scene.materials", "the scene's materials"),
@@ -284,9 +244,6 @@ fn plan_on_textures(
     size: [u32; 2],
 ) -> Result<FramePlan, SettingsError> {
     let mut plan = FramePlan::new(size);
-    plan.light_views = facts.map_or(Vec::new(), |facts| facts.shadow_layers.clone());
-    plan.emitters = facts.map_or(Vec::new(), |facts| facts.emitters.clone());
-    let scene = facts.map(SceneInputs::of);
     let mut given = |name| plan.external(name, "given by the caller");
     let inputs = Inputs {
         depth: given("depth"),
@@ -296,12 +253,13 @@ fn plan_on_textures(
         motion: None,
         material: None,
         receive_only: None,
-        scene,
+        scene: facts,
+        extra_views: &[],
     };
     let needs = (technique.needs)(settings)?;
     let looked_up = LookedUp {
-        glossy: needs.glossy_material && scene.is_some_and(|scene| scene.glossy),
-        translucent: needs.translucent_material && scene.is_some_and(|scene| scene.translucent),
+        glossy: needs.glossy_material && facts.is_some_and(|facts| facts.needs.glossy),
+        translucent: needs.translucent_material && facts.is_some_and(|facts| facts.needs.translucent),
     };
     let inputs =
         Inputs { material: looked_up.any().then(|| plan.external("material", "given by the caller")), ..inputs };
@@ -372,8 +330,4 @@ fn plan_indirect_from(
     pass.over([size[0].div_ceil(COMPOSITE_PIXELS), size[1]]);
     plan.outputs.extend([("indirect", indirect), ("final", image)]);
     Ok(())
-}
-
-pub(crate) fn variant(shader: &str, features: &[(&str, bool)]) -> String {
-    features.iter().filter(|(_, on)| *on).fold(shader.to_owned(), |name, (feature, _)| format!("{name}+{feature}"))
 }

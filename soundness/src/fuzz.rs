@@ -13,8 +13,9 @@ use std::{
 use glam::Vec3;
 use halflight_evaluator::{Error, grid::Grid, progress::Progress};
 use halflight_native::files::write_whole;
-use halflight_renderer::{parameters::Settings, preset::Preset};
+use halflight_renderer::parameters::Settings;
 use halflight_scenes::{Light, MemoryFiles, Scene, load_scene};
+use halflight_techniques::preset::Preset;
 
 use crate::{check::Check, oracle::Random, panics::caught};
 

@@ -14,11 +14,11 @@ use halflight_evaluator::{
 };
 use halflight_native::{AdapterChoice, NativeGpu, files::write_whole};
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Kind, Parameter, Role, Settings, Value},
-    preset::Preset,
-    techniques::{TECHNIQUES, Technique},
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Material, Mesh, Motion, Scene, write_scene};
+use halflight_techniques::{TECHNIQUES, preset::Preset};
 use proptest::{
     prelude::*,
     strategy::ValueTree,

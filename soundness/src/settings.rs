@@ -1,8 +1,8 @@
 //! Settings of a technique, as the stress tests set and print them.
 
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Kind, Parameter, Settings, Value},
-    techniques::Technique,
 };
 
 /// Settings as text, without the technique's name.

@@ -2,11 +2,8 @@
 
 use halflight_evaluator::{Error, progress::Progress};
 use halflight_native::NativeGpu;
-use halflight_renderer::{
-    SceneFacts,
-    parameters::Settings,
-    techniques::{TECHNIQUES, Technique, technique},
-};
+use halflight_renderer::{gi::Technique, parameters::Settings, scene::SceneFacts};
+use halflight_techniques::{TECHNIQUES, technique};
 
 use crate::{check::Check, panics::caught, scenes::everything, switches::Switches, table::Table};
 

@@ -4,10 +4,10 @@
 use std::collections::BTreeSet;
 
 use halflight_renderer::{
-    SceneFacts,
+    gi::Technique,
     parameters::{Kind, Parameter, Settings, Value},
     plan_technique_of_scene,
-    techniques::Technique,
+    scene::SceneFacts,
 };
 
 /// The values that a parameter is tested with: every choice; both ends of a range and the default; and, where a range
@@ -189,7 +189,7 @@ impl Space<'_> {
 
 #[cfg(test)]
 mod tests {
-    use halflight_renderer::techniques::TECHNIQUES;
+    use halflight_techniques::TECHNIQUES;
 
     use super::*;
     use crate::scenes::everything;

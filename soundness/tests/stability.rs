@@ -4,14 +4,12 @@
 
 use halflight_evaluator::session::{Request, Session};
 use halflight_native::{AdapterChoice, NativeGpu};
-use halflight_renderer::{
-    parameters::{Settings, Value},
-    techniques::technique,
-};
+use halflight_renderer::parameters::{Settings, Value};
 use halflight_soundness::{
     fuzz, mutations, random, scenes,
     suite::{Options, Suite},
 };
+use halflight_techniques::{TECHNIQUES, technique};
 
 fn adapter() -> AdapterChoice {
     AdapterChoice::from(std::env::var("HALFLIGHT_ADAPTER").unwrap_or_default().as_str())
@@ -27,7 +25,7 @@ fn every_row_of_a_quick_run_holds() {
         .collect();
     assert!(open.is_empty(), "{open:#?}");
     // Every listed technique took part.
-    for technique in halflight_renderer::techniques::TECHNIQUES {
+    for technique in TECHNIQUES {
         assert!(table.checks.iter().any(|check| check.technique == technique.name), "{}", technique.name);
     }
 }

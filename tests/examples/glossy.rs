@@ -17,7 +17,7 @@ use halflight_evaluator::{
     statistics::percentile,
     truth,
 };
-use halflight_renderer::PassTime;
+use halflight_frame_graph::PassTime;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_soundness::scenes::polished;
 use halflight_tests::{device, request};

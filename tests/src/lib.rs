@@ -13,10 +13,11 @@ use halflight_native::{
     images::{Rgb, luminance},
 };
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Settings, Value},
-    techniques::{Technique, technique},
 };
 use halflight_scenes::{DiskFiles, Scene, load_scene};
+use halflight_techniques::technique;
 
 /// Root of the workspace.
 pub fn workspace() -> PathBuf {

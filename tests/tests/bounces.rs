@@ -4,7 +4,7 @@
 use glam::DVec3;
 use halflight_evaluator::session::{Frames, Session};
 use halflight_native::images::Rgb;
-use halflight_renderer::{SceneFacts, plan_frame};
+use halflight_renderer::{plan_frame, scene::SceneFacts};
 use halflight_scenes::{CameraKeyframe, Light, Moves};
 use halflight_soundness::{oracle::GBuffer, scenes};
 use halflight_tests::{bundled, device, frames, known, mean_luminance, request, settings};

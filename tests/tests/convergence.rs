@@ -6,9 +6,9 @@
 
 use halflight_evaluator::session::{Frames, Session};
 use halflight_native::images::luminance;
-use halflight_renderer::techniques::hierarchical::{Ring, covering_radius, ring_radii};
 use halflight_scenes::Scene;
 use halflight_soundness::{oracle::GBuffer, scenes};
+use halflight_techniques::hierarchical::{Ring, covering_radius, ring_radii};
 use halflight_tests::{bundled, device, mean_luminance, request};
 
 #[test]

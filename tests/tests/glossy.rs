@@ -5,7 +5,7 @@ use glam::DVec3;
 use halflight_evaluator::session::Session;
 use halflight_native::truth::TruthSource;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
-use halflight_renderer::{SceneFacts, plan_frame, plan_technique};
+use halflight_renderer::{plan_frame, plan_technique, scene::SceneFacts};
 use halflight_scenes::Scene;
 use halflight_soundness::{
     oracle::GBuffer,

@@ -5,7 +5,8 @@ use glam::Vec3;
 use halflight_evaluator::session::Session;
 use halflight_evaluator::truth::trace;
 use halflight_renderer::{
-    SceneFacts, plan_frame,
+    plan_frame,
+    scene::SceneFacts,
     truth::{Request, Stop},
 };
 use halflight_scenes::{Keyframe, Light, Material, Motion, Scene};
@@ -316,7 +317,7 @@ fn the_plan_has_what_scene_and_settings_need() {
     let names = |scene: &Scene, more: &[(&str, &str)]| -> Vec<String> {
         let plan =
             plan_frame(&SceneFacts::of(scene), known("hybrid"), &settings("hybrid", more), SIZE, Default::default());
-        let technique = |pass: &&halflight_renderer::plan::Pass| pass.part == halflight_renderer::plan::Part::Technique;
+        let technique = |pass: &&halflight_frame_graph::Pass| pass.part == halflight_frame_graph::Part::Technique;
         plan.unwrap().passes.iter().filter(technique).map(|pass| pass.name.clone()).collect()
     };
     let scene = scenes::court();

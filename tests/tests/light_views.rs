@@ -4,10 +4,10 @@
 
 use glam::{DMat4, DVec3, DVec4, Vec3};
 use halflight_evaluator::{session::Session, truth::trace};
+use halflight_frame_graph::{FramePlan, Part};
 use halflight_renderer::{
-    SceneFacts,
-    plan::{FramePlan, Part},
     plan_frame,
+    scene::SceneFacts,
     truth::{Request, Stop},
 };
 use halflight_scenes::{Light, Material, Scene, Texture};
@@ -167,7 +167,7 @@ fn a_lights_view_shows_what_rays_of_double_precision_meet() {
             bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect()
         };
         // Of a point light the last of six faces is left.
-        let view = frames.plan().light_views.last().unwrap();
+        let view = session.facts.shadow_layers.last().unwrap();
         let to_clip = view.world_to_clip.as_dmat4();
         let to_world = to_clip.inverse();
         let (mut shown, mut others) = (0, 0);

@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 use halflight_renderer::{
     DirectLight,
     parameters::{Kind, Parameter, Settings, Value, check_settings},
-    techniques::{TECHNIQUES, hierarchical::Hierarchical, parameters_of, technique},
 };
+use halflight_techniques::{TECHNIQUES, hierarchical::Hierarchical, parameters_of, technique};
 
 fn all() -> Vec<Parameter> {
     let techniques = TECHNIQUES.iter().flat_map(|technique| (technique.parameters)());

@@ -2,11 +2,11 @@
 //! change only in their numbers.
 #![allow(clippy::unwrap_used)]
 
+use halflight_frame_graph::{CompiledGraph, Externals, FramePlan, Part};
 use halflight_native::frames::{Timing, read_texture, run_frame};
 use halflight_renderer::{
-    Externals, Recording, SceneBuffers, SceneFacts, View,
-    plan::{FramePlan, Part},
     plan_frame,
+    scene::{SceneBuffers, SceneFacts, camera_view},
     tone::{Rgb, tone_map},
 };
 use halflight_scenes::{Camera, Light};
@@ -43,8 +43,8 @@ fn shown(pixels: &[Rgb], exposure: f32, limit: f32) -> Vec<[u8; 4]> {
     };
     let texture =
         gpu.device.create_texture_with_data(&gpu.queue, &descriptor, Default::default(), bytemuck::cast_slice(&texels));
-    let recording = Recording::new(gpu, plan, &Externals { scene: None, textures: [("image", texture)].into() });
-    run_frame(gpu, &recording, &View::new(&Camera::default(), size, 0.1), Timing::Clock).unwrap();
+    let recording = CompiledGraph::new(gpu, plan, &Externals { scene: None, textures: [("image", texture)].into() });
+    run_frame(gpu, &recording, &camera_view(&Camera::default(), size, 0.1), Timing::Clock).unwrap();
     let bytes = read_texture(gpu, recording.output("display").unwrap()).unwrap();
     bytes.as_chunks::<4>().0.to_vec()
 }
@@ -97,12 +97,12 @@ fn a_recording_that_followed_a_light_draws_what_a_new_one_draws() {
         plan_frame(&SceneFacts::of(scene), known("hierarchical"), &settings, [64, 36], Default::default()).unwrap()
     };
     let externals = |buffers| Externals { scene: Some(buffers), ..Default::default() };
-    let draw = |recording: &Recording, scene: &halflight_scenes::Scene| {
-        let view = View::new(&scene.camera, [64, 36], SceneFacts::of(scene).near);
+    let draw = |recording: &CompiledGraph, scene: &halflight_scenes::Scene| {
+        let view = camera_view(&scene.camera, [64, 36], SceneFacts::of(scene).near);
         run_frame(gpu, recording, &view, Timing::Clock).unwrap();
         read_texture(gpu, recording.output("final").unwrap()).unwrap()
     };
-    let mut followed = Recording::new(gpu, plan(&scene, 16), &externals(&buffers));
+    let mut followed = CompiledGraph::new(gpu, plan(&scene, 16), &externals(&buffers));
     let before = draw(&followed, &scene);
     if let Light::Spot { position, direction, .. } = &mut scene.lights[0] {
         (*position, *direction) = ([0.4, 1.8, 0.3], [-0.3, -1.0, -0.2]);
@@ -112,7 +112,7 @@ fn a_recording_that_followed_a_light_draws_what_a_new_one_draws() {
     let after = draw(&followed, &scene);
     assert_ne!(before, after, "the light did not move");
     let fresh = SceneBuffers::new(gpu, &scene);
-    assert_eq!(after, draw(&Recording::new(gpu, plan(&scene, 16), &externals(&fresh)), &scene));
+    assert_eq!(after, draw(&CompiledGraph::new(gpu, plan(&scene, 16), &externals(&fresh)), &scene));
     // Another constant is another pipeline, another number of lights another plan.
     assert!(!followed.update(gpu, &plan(&scene, 17)));
     assert!(!buffers.relight(gpu, &[]));

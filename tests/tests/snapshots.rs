@@ -6,7 +6,7 @@
 
 use halflight_evaluator::session::Session;
 use halflight_native::images::{Rgb, tone_map_all};
-use halflight_renderer::techniques::TECHNIQUES;
+use halflight_techniques::TECHNIQUES;
 use halflight_tests::{
     bundled, device, request,
     snapshot::{self, Picture},

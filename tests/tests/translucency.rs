@@ -3,10 +3,10 @@
 
 use glam::Vec3;
 use halflight_evaluator::{session::Session, truth::trace};
+use halflight_frame_graph::FramePlan;
 use halflight_renderer::{
-    SceneFacts,
-    plan::FramePlan,
     plan_frame,
+    scene::SceneFacts,
     truth::{Request, Stop},
 };
 use halflight_scenes::{Light, Material, Scene};

@@ -3,11 +3,11 @@
 
 use glam::Vec3;
 use halflight_evaluator::{metrics::linear_errors, session::Session};
+use halflight_frame_graph::{FramePlan, Part};
 use halflight_native::{images::Rgb, truth::TruthSource};
 use halflight_renderer::{
-    DirectSource, SceneFacts,
-    plan::{FramePlan, Part},
-    plan_frame,
+    DirectSource, plan_frame,
+    scene::SceneFacts,
     truth::{Request as TruthRequest, Stop},
 };
 use halflight_scenes::{Camera, Light, Scene};

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 use halflight_evaluator::session::Session;
-use halflight_renderer::{SceneFacts, plan_technique, techniques::TECHNIQUES};
+use halflight_renderer::{plan_technique, scene::SceneFacts};
 use halflight_scenes::Scene;
 use halflight_soundness::{
     oracle::{
@@ -12,6 +12,7 @@ use halflight_soundness::{
     },
     scenes,
 };
+use halflight_techniques::TECHNIQUES;
 use halflight_tests::{bundled, device, frames, known, mean_luminance, render, request, settings};
 
 /// Rounding of places and slices: float32 knows a place among 320 texels to 3e-5 and a slice to 1e-5 of its range; the

@@ -3,11 +3,9 @@
 
 use std::fmt::Write;
 
-use halflight_renderer::{
-    parameters::Value,
-    techniques::{parameters_of, technique},
-};
+use halflight_renderer::parameters::Value;
 use halflight_scenes::{Camera, generators::NAMES};
+use halflight_techniques::{parameters_of, technique};
 
 use crate::state::{Configuration, DROPPED, LightChange, State, View};
 
@@ -212,7 +210,8 @@ fn unescape(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use halflight_renderer::{parameters::Kind, techniques::TECHNIQUES};
+    use halflight_renderer::parameters::Kind;
+    use halflight_techniques::TECHNIQUES;
 
     use super::*;
 

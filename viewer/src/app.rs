@@ -9,7 +9,7 @@ use eframe::{
     egui::{self, Rect},
     egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew},
 };
-use halflight_renderer::Gpu;
+use halflight_frame_graph::Gpu;
 use halflight_scenes::{Camera, Scene};
 use web_time::{Duration, Instant};
 

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use halflight_frame_graph::Gpu;
 use halflight_renderer::{
-    Gpu, SceneBuffers,
     error::{rel_mse, relative_floor, relative_square},
+    scene::SceneBuffers,
     truth::{Reading, Request, Stop, Trace, Tracer, Truth, TruthError},
 };
 use halflight_scenes::{Camera, Light};

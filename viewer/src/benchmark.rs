@@ -1,7 +1,7 @@
 //! The benchmark page: medians of every pass at a fixed size, printed.
 
 use eframe::egui::{Grid, RichText, ScrollArea, Ui};
-use halflight_renderer::plan::Part;
+use halflight_frame_graph::Part;
 
 use crate::{numbers::milliseconds, stage::Side};
 

@@ -1,8 +1,8 @@
 //! Whether what a frame wrote is sound: the renderer's scan of all its textures and buffers, as a table.
 
 use eframe::egui::{Grid, RichText, ScrollArea, Ui};
-use halflight_renderer::{
-    Gpu, Recording,
+use halflight_frame_graph::{
+    CompiledGraph, Gpu,
     scan::{Scan, Scanned},
 };
 
@@ -17,7 +17,7 @@ pub struct Check {
 
 impl Check {
     /// Scans what the recording wrote last, unless that is known; true while the device works on it.
-    pub fn step(&mut self, gpu: &Gpu, recording: &Recording) -> bool {
+    pub fn step(&mut self, gpu: &Gpu, recording: &CompiledGraph) -> bool {
         if let Some((scan, reading)) = &self.scanning {
             let Some(bytes) = reading.take() else { return true };
             self.found = Some(scan.found(&bytes));

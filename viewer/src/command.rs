@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use halflight_renderer::preset::Preset;
 use halflight_scenes::{Camera, Light, Scene};
+use halflight_techniques::preset::Preset;
 
 use crate::state::{Configuration, DROPPED, State};
 

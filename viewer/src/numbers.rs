@@ -1,7 +1,7 @@
 //! Times, memory and the plan of a side.
 
 use eframe::egui::{self, Color32, Grid, RichText, ScrollArea, Ui, vec2};
-use halflight_renderer::plan::{FramePlan, Part, Resource, ResourceKind, bytes_in_words};
+use halflight_frame_graph::{FramePlan, Part, Resource, ResourceKind, bytes_in_words};
 
 use crate::stage::Side;
 
@@ -84,7 +84,7 @@ pub fn plan(ui: &mut Ui, plan: &FramePlan) {
         if part.replace(pass.part) != Some(pass.part) {
             ui.colored_label(part_colour(pass.part), RichText::new(pass.part.to_string()).strong());
         }
-        let names = |ids: Vec<halflight_renderer::plan::ResourceId>| {
+        let names = |ids: Vec<halflight_frame_graph::ResourceId>| {
             ids.iter().map(|id| plan.resources[id.0].name.as_str()).collect::<Vec<_>>().join(", ")
         };
         let (reads, writes) = pass.reads_and_writes();

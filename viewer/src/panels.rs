@@ -1,11 +1,9 @@
 //! Controls: parameters from their declarations, presets, lights, camera.
 
 use eframe::egui::{ComboBox, DragValue, RichText, Slider, Ui, vec2};
-use halflight_renderer::{
-    parameters::{Kind, Parameter, Role, Value},
-    techniques::{TECHNIQUES, parameters_of},
-};
+use halflight_renderer::parameters::{Kind, Parameter, Role, Value};
 use halflight_scenes::{Camera, Light};
+use halflight_techniques::{TECHNIQUES, parameters_of};
 
 use crate::{
     app::Marks,
@@ -36,7 +34,7 @@ pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, marks: &
             for (title, text) in PRESETS {
                 if ui.button(title).clicked() {
                     // A test reads each of them.
-                    if let Ok(preset) = halflight_renderer::preset::Preset::read(title.as_ref(), text) {
+                    if let Ok(preset) = halflight_techniques::preset::Preset::read(title.as_ref(), text) {
                         apply(side, &preset);
                     }
                     ui.close();
@@ -56,7 +54,7 @@ pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, marks: &
 }
 
 /// Takes over a preset.
-pub fn apply(side: &mut Configuration, preset: &halflight_renderer::preset::Preset) {
+pub fn apply(side: &mut Configuration, preset: &halflight_techniques::preset::Preset) {
     *side = Configuration { technique: preset.technique.name, ..Configuration::default() };
     for (key, value) in &preset.settings {
         side.set(key, value.clone());

@@ -5,7 +5,8 @@ use std::sync::{
     atomic::{AtomicU8, Ordering},
 };
 
-use halflight_renderer::{Gpu, texels::decoder};
+use halflight_frame_graph::Gpu;
+use halflight_renderer::texels::decoder;
 
 const PENDING: u8 = 0;
 const READY: u8 = 1;

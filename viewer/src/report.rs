@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use halflight_renderer::scan::Scanned;
+use halflight_frame_graph::scan::Scanned;
 use serde::Serialize;
 
 /// A measured pass.

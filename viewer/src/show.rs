@@ -2,11 +2,7 @@
 
 use std::collections::HashMap;
 
-use halflight_renderer::{
-    Externals, Gpu, Recording,
-    plan::{FramePlan, Part, ResourceKind},
-    scan::largest_number,
-};
+use halflight_frame_graph::{CompiledGraph, Externals, FramePlan, Gpu, Part, ResourceKind, scan::largest_number};
 use wgpu::TextureFormat as Format;
 
 use crate::state::View;
@@ -83,7 +79,13 @@ fn shader(name: &str, format: Format) -> Option<&'static str> {
 
 /// A recording that fills an [`Format::Rgba8Unorm`] texture (`display`) with the view; none where the frame lacks what
 /// the view shows.
-pub fn show(gpu: &Gpu, frame: &Recording, view: &View, look: Look, truth: Option<&TruthTextures>) -> Option<Recording> {
+pub fn show(
+    gpu: &Gpu,
+    frame: &CompiledGraph,
+    view: &View,
+    look: Look,
+    truth: Option<&TruthTextures>,
+) -> Option<CompiledGraph> {
     let size = frame.plan().display_size;
     let mut plan = FramePlan::new(size);
     let mut textures = HashMap::new();
@@ -110,7 +112,7 @@ pub fn show(gpu: &Gpu, frame: &Recording, view: &View, look: Look, truth: Option
             .bind("colours", colours)
             .bind("display", display)
             .over(size);
-        return Some(Recording::new(gpu, plan, &Externals { scene: None, textures }));
+        return Some(CompiledGraph::new(gpu, plan, &Externals { scene: None, textures }));
     }
     let (name, texture) = match view {
         View::Output(name) => (*name, frame.output(name)?),
@@ -118,7 +120,7 @@ pub fn show(gpu: &Gpu, frame: &Recording, view: &View, look: Look, truth: Option
         View::Error => return None,
         View::Texture(name) => {
             let id = frame.plan().resources.iter().position(|resource| resource.name == *name)?;
-            (name.as_str(), frame.texture(halflight_renderer::plan::ResourceId(id))?)
+            (name.as_str(), frame.texture(halflight_frame_graph::ResourceId(id))?)
         }
     };
     let content = match name {
@@ -142,5 +144,5 @@ pub fn show(gpu: &Gpu, frame: &Recording, view: &View, look: Look, truth: Option
         pass = pass.param("limit", largest_number(texture.format()));
     }
     pass.bind("image", image).bind("display", display).over(size);
-    Some(Recording::new(gpu, plan, &Externals { scene: None, textures }))
+    Some(CompiledGraph::new(gpu, plan, &Externals { scene: None, textures }))
 }

@@ -2,12 +2,11 @@
 
 use eframe::egui::Context;
 use glam::Vec3;
+use halflight_frame_graph::{CompiledGraph, Continuity, Externals, FramePlan, Gpu, Part, ResourceKind, scan::Scanned};
 use halflight_renderer::{
-    Continuity, Externals, Gpu, Recording, SceneBuffers, SceneFacts, SceneMotion, View as Seen,
     parameters::SettingsError,
-    plan::{FramePlan, Part, ResourceKind},
     plan_frame,
-    scan::Scanned,
+    scene::{SceneBuffers, SceneFacts, SceneMotion, camera_view},
 };
 use halflight_scenes::{Camera, Light, Scene};
 
@@ -91,10 +90,10 @@ pub struct Moment {
 /// One side of the picture: a configuration, drawn and measured.
 pub struct Side {
     configuration: Configuration,
-    recording: Recording,
+    recording: CompiledGraph,
     moment: Option<Moment>,
     shown: Option<(View, Look, u64)>,
-    show: Option<Recording>,
+    show: Option<CompiledGraph>,
     texture: Option<eframe::egui::TextureId>,
     drawing: Option<Work>,
     timestamps: Option<Reading>,
@@ -157,7 +156,7 @@ impl Side {
     /// A setting out of range, or a size that the device cannot hold.
     pub fn new(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<Self, SettingsError> {
         let plan = plan(gpu, stage, configuration, size)?;
-        let recording = Recording::new(gpu, plan, &Externals { scene: Some(&stage.buffers), ..Default::default() });
+        let recording = CompiledGraph::new(gpu, plan, &Externals { scene: Some(&stage.buffers), ..Default::default() });
         let method = match gpu.timestamp_period {
             _ if stage.software => Method::Software,
             Some(_) => Method::Timestamps,
@@ -214,7 +213,7 @@ impl Side {
         let scene = Externals { scene: Some(&stage.buffers), ..Default::default() };
         self.recording.replan(gpu, new, &scene);
         self.times = Times::new(&self.recording);
-        self.show.take().into_iter().for_each(Recording::destroy);
+        self.show.take().into_iter().for_each(CompiledGraph::destroy);
         (self.shown, self.timestamps) = (None, None);
         Ok(true)
     }
@@ -222,7 +221,7 @@ impl Side {
     /// Frees what it holds on the device.
     pub fn destroy(self) {
         self.recording.destroy();
-        self.show.into_iter().for_each(Recording::destroy);
+        self.show.into_iter().for_each(CompiledGraph::destroy);
     }
 
     /// Draws and measures as far as the device is ready. `measure` asks for times, too: at least this many `rounds`
@@ -288,7 +287,7 @@ impl Side {
         self.moment = Some(moment);
         (self.light, self.indirect, self.rel_mse, self.judged) = (None, None, None, 0);
         self.check = Check::default();
-        let mut seen = Seen::new(&moment.camera, self.recording.plan().display_size, stage.facts.near);
+        let mut seen = camera_view(&moment.camera, self.recording.plan().display_size, stage.facts.near);
         (seen.frame, seen.seed) = (moment.frame, moment.seed);
         if let Some(motion) = SceneMotion::new(&stage.scene, &stage.buffers) {
             motion.place(&mut seen);
@@ -341,7 +340,7 @@ impl Side {
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
                 let camera = self.moment.map(|moment| moment.camera).unwrap_or_default();
                 let size = self.recording.plan().display_size;
-                show.record(gpu, &mut encoder, &Seen::new(&camera, size, 1.0));
+                show.record(gpu, &mut encoder, &camera_view(&camera, size, 1.0));
                 gpu.queue.submit([encoder.finish()]);
             }
         }

@@ -1,10 +1,11 @@
 //! Everything that a picture depends on, as plain data: what a link holds, and what undo steps through.
 
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Settings, Value},
-    techniques::{Technique, parameters_of, technique},
 };
 use halflight_scenes::{Camera, Light};
+use halflight_techniques::{parameters_of, technique};
 
 /// Name of a scene that was dropped onto the viewer; no link can bring it back.
 pub const DROPPED: &str = "dropped";
@@ -77,7 +78,7 @@ impl Configuration {
     /// The technique's declaration.
     pub fn technique(&self) -> &'static Technique {
         // The name always comes from the list itself; the first technique is only there for the types.
-        technique(self.technique).unwrap_or(&halflight_renderer::techniques::TECHNIQUES[0])
+        technique(self.technique).unwrap_or(&halflight_techniques::TECHNIQUES[0])
     }
 
     /// Sets a value; one that equals the default is not kept, so that links stay short.

@@ -7,7 +7,7 @@ use std::{
     task::{Context, Poll, Waker},
 };
 
-use halflight_renderer::{Gpu, Recording, plan::Part};
+use halflight_frame_graph::{CompiledGraph, Gpu, Part};
 use web_time::Instant;
 
 /// Measurements of a pass that its median is taken over.
@@ -66,8 +66,8 @@ pub struct Times {
 
 impl Times {
     /// No measurement yet of these passes.
-    pub fn new(recording: &Recording) -> Self {
-        let pass = |pass: &halflight_renderer::plan::Pass| (pass.name.clone(), pass.part, VecDeque::new());
+    pub fn new(recording: &CompiledGraph) -> Self {
+        let pass = |pass: &halflight_frame_graph::Pass| (pass.name.clone(), pass.part, VecDeque::new());
         let passes = &recording.plan().passes;
         Self { passes: passes.iter().map(pass).collect(), once: passes.iter().map(|pass| pass.once).collect() }
     }
@@ -185,7 +185,7 @@ impl Drop for Round {
 
 impl Round {
     /// Starts a round; `times` says how often each pass is repeated. `ended` is called at the end.
-    pub fn start(gpu: &Gpu, recording: &Recording, times: &Times, ended: impl Fn() + 'static) -> Self {
+    pub fn start(gpu: &Gpu, recording: &CompiledGraph, times: &Times, ended: impl Fn() + 'static) -> Self {
         let encode = |pass: usize, repeats: u32| {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             recording.record_repeated(&mut encoder, pass, repeats);

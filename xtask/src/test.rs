@@ -8,13 +8,17 @@ use std::{
 use crate::{Stop, cargo, run, setup};
 
 /// The crates that run in a browser.
-const PORTABLE: [&str; 10] = [
+const PORTABLE: [&str; 14] = [
     "-p",
     "halflight-scenes",
     "-p",
     "halflight-shared-shaders",
     "-p",
+    "halflight-frame-graph",
+    "-p",
     "halflight-renderer",
+    "-p",
+    "halflight-techniques",
     "-p",
     "halflight-viewer",
     "-p",

@@ -19,15 +19,32 @@ const CRATES: &[(&str, &[&str])] = &[
     ("scenes", &[]),
     ("shader-compiler", &[]),
     ("shared-shaders", &["shader-compiler"]),
-    ("renderer", &["scenes", "shared-shaders"]),
-    ("viewer", &["scenes", "shared-shaders", "renderer"]),
+    ("frame-graph", &["shared-shaders"]),
+    ("renderer", &["scenes", "shared-shaders", "frame-graph"]),
+    ("techniques", &["scenes", "shared-shaders", "frame-graph", "renderer"]),
+    ("viewer", &["scenes", "frame-graph", "renderer", "techniques"]),
     // The viewer only behind the feature `window`.
-    ("native", &["scenes", "shared-shaders", "renderer", "viewer"]),
-    ("evaluator", &["scenes", "shared-shaders", "renderer", "native"]),
-    ("soundness", &["scenes", "shader-compiler", "shared-shaders", "renderer", "native", "evaluator"]),
+    ("native", &["scenes", "frame-graph", "renderer", "viewer"]),
+    ("evaluator", &["scenes", "shared-shaders", "frame-graph", "renderer", "techniques", "native"]),
+    (
+        "soundness",
+        &[
+            "scenes",
+            "shader-compiler",
+            "shared-shaders",
+            "frame-graph",
+            "renderer",
+            "techniques",
+            "native",
+            "evaluator",
+        ],
+    ),
     ("bundle", &[]),
     ("web", &["scenes", "renderer", "viewer"]),
-    ("tests", &["scenes", "shared-shaders", "renderer", "native", "evaluator", "soundness"]),
+    (
+        "tests",
+        &["scenes", "shared-shaders", "frame-graph", "renderer", "techniques", "native", "evaluator", "soundness"],
+    ),
     ("xtask", &[]),
 ];
 

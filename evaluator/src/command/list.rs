@@ -1,7 +1,7 @@
 //! `evaluator list`.
 
 use clap::{Args, ValueEnum};
-use halflight_renderer::techniques::{TECHNIQUES, parameters_of};
+use halflight_techniques::{TECHNIQUES, parameters_of};
 use serde_json::json;
 
 use crate::Error;

@@ -138,7 +138,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
 pub(super) fn plan(args: &PlanArgs) -> Result<(), Error> {
     let (technique, settings) = args.technique.resolve()?;
     let scene = open_scene(&args.scene.scene)?;
-    let facts = halflight_renderer::SceneFacts::of(&scene);
+    let facts = halflight_renderer::scene::SceneFacts::of(&scene);
     let plan = halflight_renderer::plan_frame(&facts, technique, &settings, args.size, Default::default())
         .map_err(|e| Error::BadInput(e.to_string()))?;
     if let Some(path) = &args.graph {

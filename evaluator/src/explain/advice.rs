@@ -1,8 +1,8 @@
 //! One sentence on what would help.
 
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Settings, Value},
-    techniques::Technique,
 };
 
 use super::{

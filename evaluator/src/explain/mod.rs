@@ -21,12 +21,13 @@ use std::path::Path;
 
 use halflight_native::{NativeGpu, cache::Cache, images::Rgb, truth::TruthSource};
 use halflight_renderer::{
+    gi::{Technique, rsm::send_only_what_is_seen},
     parameters::{Settings, Value},
-    plan_technique_of_scene, send_only_what_is_seen,
-    techniques::{Technique, technique},
+    plan_technique_of_scene,
     truth::{Estimate, Request as TruthRequest, Stop},
 };
 use halflight_scenes::Scene;
+use halflight_techniques::technique;
 use serde::Serialize;
 
 use crate::{

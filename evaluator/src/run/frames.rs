@@ -1,10 +1,8 @@
 //! What the frames of a cell show, how much they differ, and how long they take.
 
+use halflight_frame_graph::Part;
 use halflight_native::{NativeGpu, images::Rgb};
-use halflight_renderer::{
-    plan::Part,
-    truth::{Request as TruthRequest, Stop},
-};
+use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_scenes::Scene;
 
 use crate::{Error, grid::Grid, measurement::Timing, session::Frames, truth};

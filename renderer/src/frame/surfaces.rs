@@ -3,11 +3,12 @@
 use halflight_scenes::SceneNeeds;
 use wgpu::TextureFormat as Format;
 
-use super::{DirectLight, DirectSource, SceneFacts, variant};
+use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId, variant};
+
+use super::{DirectLight, DirectSource, SceneFacts};
 use crate::{
     parameters::{Settings, SettingsError},
-    plan::{FramePlan, Part, ResourceId},
-    shadow::ShadowLayer,
+    scene::{ShadowLayer, triangles},
 };
 
 pub(super) struct SceneResources {
@@ -70,19 +71,21 @@ pub(super) fn plan_gbuffer(
         .objects
         .filter(|_| follows)
         .map(|_| plan.texture("object", size, Format::R32Uint, "objects move, and the temporal filter follows them"));
-    let depth_test = plan.texture("depth_test", size, crate::Gpu::DEPTH_FORMAT, "hidden surfaces");
-    let shader = variant(
-        "gbuffer/gbuffer",
-        &[
-            ("alpha_tested", needs.alpha_tested),
-            ("textured", needs.textured),
-            ("material_id", material.is_some()),
-            ("moving", scene.objects.is_some()),
-            ("object_id", object.is_some()),
-        ],
-    );
+    let depth_test = plan.texture("depth_test", size, Gpu::DEPTH_FORMAT, "hidden surfaces");
+    let shader = |alpha_tested| {
+        variant(
+            "gbuffer/gbuffer",
+            &[
+                ("alpha_tested", alpha_tested),
+                ("textured", needs.textured),
+                ("material_id", material.is_some()),
+                ("moving", scene.objects.is_some()),
+                ("object_id", object.is_some()),
+            ],
+        )
+    };
     let mut pass = plan
-        .pass(Part::GBuffer, "gbuffer", shader)
+        .pass(Part::GBuffer, "gbuffer", shader(needs.alpha_tested))
         .bind("vertices", scene.vertices)
         .bind("materials", scene.materials)
         .because("what the camera sees");
@@ -93,7 +96,11 @@ pub(super) fn plan_gbuffer(
         pass = pass.bind("objects", objects);
     }
     let targets = [Some(depth), Some(normal), Some(albedo), material, object];
-    pass.draw(targets.into_iter().flatten().collect(), (depth_test, 0));
+    pass.draw(
+        triangles::by_alpha(needs.alpha_tested, || shader(false)),
+        targets.into_iter().flatten().collect(),
+        (depth_test, 0),
+    );
     GBuffer { depth, normal, albedo, material, object, objects: scene.objects }
 }
 
@@ -152,24 +159,15 @@ pub(super) fn plan_shadows(
         return Ok(None);
     }
     let count = layers.len() as u32;
-    let maps = plan.texture_array(
-        "shadow_maps",
-        [map_size; 2],
-        count,
-        crate::Gpu::DEPTH_FORMAT,
-        counted(layers.len(), "shadow map"),
-    );
+    let maps =
+        plan.texture_array("shadow_maps", [map_size; 2], count, Gpu::DEPTH_FORMAT, counted(layers.len(), "shadow map"));
     let entries = plan.data("shadow_layers", shadow_entries(layers, map_size), "what the shadow maps look at");
+    let shader = |alpha_tested| {
+        variant("shadow/shadow_map", &[("alpha_tested", alpha_tested), ("moving", scene.objects.is_some())])
+    };
     for (index, layer) in layers.iter().enumerate() {
         let mut pass = plan
-            .pass(
-                Part::Direct,
-                format!("shadow_{index}"),
-                variant(
-                    "shadow/shadow_map",
-                    &[("alpha_tested", facts.needs.alpha_tested), ("moving", scene.objects.is_some())],
-                ),
-            )
+            .pass(Part::Direct, format!("shadow_{index}"), shader(facts.needs.alpha_tested))
             .param("world_to_clip", layer.world_to_clip)
             .bind("vertices", scene.vertices)
             .because("a light casts shadows");
@@ -179,7 +177,7 @@ pub(super) fn plan_shadows(
         if let Some(objects) = scene.objects {
             pass = pass.bind("objects", objects);
         }
-        pass.draw(Vec::new(), (maps, index as u32));
+        pass.draw(triangles::by_alpha(facts.needs.alpha_tested, || shader(false)), Vec::new(), (maps, index as u32));
     }
     Ok(Some(Shadows { maps, entries }))
 }

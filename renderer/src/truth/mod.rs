@@ -31,5 +31,5 @@ pub struct TruthError(pub String);
 
 /// The linked shader, for the hash of a trace's inputs.
 pub fn shader_source() -> &'static str {
-    crate::gpu::known_shader("truth/path_trace").source
+    halflight_frame_graph::gpu::known_shader("truth/path_trace").source
 }

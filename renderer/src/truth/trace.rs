@@ -11,7 +11,11 @@ use std::{
 use halflight_shared_shaders::{BindingKind, EntryPoint, Shader};
 
 use super::{Request, State, Stop, Tracer, Truth, TruthError, request::Layout, state::PrimarySurface};
-use crate::{Gpu, gpu::known_shader, uniform, uniform::UniformValue};
+use halflight_frame_graph::{
+    Gpu,
+    gpu::known_shader,
+    uniform::{self, UniformValue},
+};
 
 /// Time that one batch should take: short enough for a browser's watchdog and for a progress bar.
 const BATCH: Duration = Duration::from_millis(100);

@@ -4,7 +4,8 @@ use halflight_scenes::{Light, Scene};
 use wgpu::util::DeviceExt;
 
 use super::{Request, Stop, Trace, TruthError, bvh::Bvh};
-use crate::{Gpu, SceneBuffers};
+use crate::scene::SceneBuffers;
+use halflight_frame_graph::Gpu;
 
 /// Texels in a row of the BVH's textures: 2^`ROW_BITS` of `truth/traversal.wgsl`.
 const ROW: usize = 4096;

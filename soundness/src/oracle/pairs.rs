@@ -4,13 +4,11 @@ use halflight_evaluator::{
     Error,
     session::{Frames, Request, Session},
 };
+use halflight_frame_graph::UniformValue;
 use halflight_native::{NativeGpu, frames::read_buffer};
-use halflight_renderer::{
-    UniformValue,
-    parameters::Settings,
-    techniques::hierarchical::{Hierarchical, TECHNIQUE, covering_radius, ring_radii},
-};
+use halflight_renderer::parameters::Settings;
 use halflight_shared_shaders::{BindingKind, Member};
+use halflight_techniques::hierarchical::{Hierarchical, TECHNIQUE, covering_radius, ring_radii};
 use wgpu::util::DeviceExt;
 
 use super::{GBuffer, Pixel, Random};

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use halflight_evaluator::grid::Grid;
 use halflight_native::AdapterChoice;
-use halflight_renderer::{parameters::Settings, preset::Preset};
+use halflight_renderer::parameters::Settings;
 use halflight_scenes::{MemoryFiles, Scene, load_scene};
+use halflight_techniques::preset::Preset;
 
 use super::Suite;
 use crate::check::Check;

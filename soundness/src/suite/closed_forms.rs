@@ -6,8 +6,8 @@ use halflight_evaluator::{
     session::{Frames, Request, Session},
 };
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Kind, Settings, Value},
-    techniques::Technique,
 };
 use halflight_scenes::Scene;
 

@@ -8,8 +8,8 @@ use halflight_evaluator::{
     session::{Request, Session},
 };
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Settings, Value},
-    techniques::Technique,
 };
 use halflight_scenes::{Light, Scene};
 

@@ -8,12 +8,13 @@ use halflight_evaluator::{
     Error,
     session::{Frames, Request, Session},
 };
+use halflight_frame_graph::scan::Scanned;
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Settings, check_settings},
-    scan::Scanned,
-    techniques::{Technique, parameters_of},
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, MemoryFiles, Motion, Scene, load_scene};
+use halflight_techniques::parameters_of;
 
 use super::Suite;
 use crate::{
@@ -235,7 +236,7 @@ fn geometry() -> Vec<Extreme> {
             group,
             "a surface on the near plane",
             with(&|scene| {
-                let near = halflight_renderer::SceneFacts::of(scene).near;
+                let near = halflight_renderer::scene::SceneFacts::of(scene).near;
                 scene.camera = scenes::camera([0.0, 0.5, -2.0 + near], [0.0, 0.5, -2.0], 60.0);
             }),
         ),

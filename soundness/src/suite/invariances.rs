@@ -8,9 +8,9 @@ use halflight_evaluator::{
 };
 use halflight_native::images::{Rgb, luminance};
 use halflight_renderer::{
+    gi::Technique,
     parameters::{Kind, Settings, Value},
     plan_technique_of_scene,
-    techniques::Technique,
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Mesh, Motion, Scene};
 

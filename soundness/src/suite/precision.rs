@@ -6,14 +6,11 @@ use halflight_evaluator::{
     session::{Frames, Request, Session},
     statistics::percentile,
 };
+use halflight_frame_graph::{Part, UniformValue};
 use halflight_native::images::luminance;
-use halflight_renderer::{
-    UniformValue,
-    parameters::{Kind, Settings, Value},
-    plan::Part,
-    techniques::technique,
-};
+use halflight_renderer::parameters::{Kind, Settings, Value};
 use halflight_scenes::Scene;
+use halflight_techniques::technique;
 
 use super::{Suite, closed_forms::SHORT_NORMAL};
 use crate::{

@@ -2,15 +2,15 @@
 
 use std::collections::BTreeSet;
 
+use halflight_frame_graph::{FramePlan, Pass, Resource, ResourceId, ResourceKind, Work};
 use halflight_renderer::{
     DirectLight,
     parameters::{Parameter, Role},
-    plan::{FramePlan, Pass, Resource, ResourceId, ResourceKind, Work},
-    techniques::TECHNIQUES,
 };
 use halflight_scenes::{Environment, Light, Scene};
 use halflight_shared_shaders::{BindingKind, SHADERS, Shader, shader};
 use halflight_soundness::scenes;
+use halflight_techniques::TECHNIQUES;
 
 use super::*;
 

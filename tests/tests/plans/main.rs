@@ -6,11 +6,8 @@
 
 mod every;
 
-use halflight_renderer::{
-    DirectSource, SceneFacts,
-    plan::{FramePlan, ResourceKind},
-    plan_frame,
-};
+use halflight_frame_graph::{FramePlan, ResourceKind};
+use halflight_renderer::{DirectSource, plan_frame, scene::SceneFacts};
 use halflight_scenes::{CameraKeyframe, Environment, Keyframe, Light, Motion, Moves, Scene};
 use halflight_soundness::scenes;
 use halflight_tests::{known, settings};
@@ -352,8 +349,8 @@ fn a_bitmask_has_the_passes_that_its_settings_ask_for() {
     );
     assert_eq!(open.outputs["final"], open.outputs["direct"]);
     assert!(open.outputs.contains_key("ambient_occlusion") && !open.outputs.contains_key("indirect"));
-    assert_eq!(open.occlusion_radius, Some(2.0));
-    assert_eq!(plan(&scene, "bitmask", &[], SIZE).occlusion_radius, None);
+    assert_eq!(open.attributes.get("ambient_occlusion.radius"), Some(&2.0));
+    assert_eq!(plan(&scene, "bitmask", &[], SIZE).attributes.get("ambient_occlusion.radius"), None);
     // Both estimators and gtao look at the same surfaces.
     let reads = |technique| plan(&scene, technique, &[], SIZE).find("gather").unwrap().reads_and_writes().0.len();
     assert_eq!(["bitmask", "gtao", "horizon", "ray-march"].map(reads), [2; 4]);

@@ -2,10 +2,13 @@
 
 use glam::Vec3;
 use halflight_evaluator::session::{Frames, Request, Session};
+use halflight_frame_graph::{CompiledGraph, Externals, ResourceKind};
 use halflight_native::images::{Rgb, luminance};
 use halflight_renderer::{
-    Externals, Recording, SceneBuffers, SceneFacts, View, parameters::Value, plan::ResourceKind, plan_frame,
-    temporal::frames_until,
+    gi::temporal::frames_until,
+    parameters::Value,
+    plan_frame,
+    scene::{SceneBuffers, SceneFacts, camera_view},
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Motion, Moves, Scene};
 use halflight_soundness::scenes;
@@ -308,9 +311,9 @@ fn history_outlives_a_change_of_settings_but_not_of_size() {
         plan_frame(&facts, known("hierarchical"), &settings, size, Default::default()).unwrap()
     };
     let externals = || Externals { scene: Some(&buffers), ..Default::default() };
-    let run = |recording: &Recording, frames: std::ops::Range<u32>, size| {
+    let run = |recording: &CompiledGraph, frames: std::ops::Range<u32>, size| {
         for frame in frames {
-            let mut view = View::new(&scene.camera, size, facts.near);
+            let mut view = camera_view(&scene.camera, size, facts.near);
             view.frame = frame;
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             recording.record(gpu, &mut encoder, &view);
@@ -319,13 +322,13 @@ fn history_outlives_a_change_of_settings_but_not_of_size() {
         let plan = recording.plan();
         let index = plan.resources.iter().position(|resource| resource.name == "history").unwrap();
         assert!(matches!(plan.resources[index].kind, ResourceKind::Texture { .. }));
-        let texture = recording.texture(halflight_renderer::plan::ResourceId(index)).unwrap();
+        let texture = recording.texture(halflight_frame_graph::ResourceId(index)).unwrap();
         let bytes = halflight_native::frames::read_texture(gpu, texture).unwrap();
         let words: &[[u32; 4]] = bytemuck::cast_slice(&bytes);
         words.iter().map(|w| w[3] >> 22).max().unwrap()
     };
     let size = [32, 18];
-    let mut recording = Recording::new(gpu, plan("4", size), &externals());
+    let mut recording = CompiledGraph::new(gpu, plan("4", size), &externals());
     assert_eq!(run(&recording, 0..5, size), 5);
     recording.replan(gpu, plan("8", size), &externals());
     assert_eq!(run(&recording, 5..6, size), 6, "the history goes on");

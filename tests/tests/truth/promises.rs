@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use halflight_native::{AdapterChoice, NativeGpu, cache::Cache, truth::TruthSource};
 use halflight_renderer::{
-    SceneBuffers,
+    scene::SceneBuffers,
     truth::{Request, State, Stop, Tracer, Truth},
 };
 use halflight_scenes::{Camera, Light, Material, Mesh, Scene, Texture, generators};

@@ -72,7 +72,7 @@ impl Viewer {
         {
             let text = String::from_utf8_lossy(bytes);
             let preset =
-                halflight_renderer::preset::Preset::read(name.as_ref(), &text).map_err(|error| error.to_string())?;
+                halflight_techniques::preset::Preset::read(name.as_ref(), &text).map_err(|error| error.to_string())?;
             crate::panels::apply(&mut self.state.sides[0], &preset);
             self.say(format!("{name} was taken over for A"));
             return Ok(());

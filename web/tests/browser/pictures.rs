@@ -7,8 +7,8 @@ use halflight_evaluator::{
     session::{Request, Session, open_adapter},
 };
 use halflight_native::images::{auto_exposure, tone_map_all};
-use halflight_renderer::techniques::technique;
 use halflight_scenes::{DiskFiles, load_scene};
+use halflight_techniques::technique;
 
 use crate::{alone, open, settled, target};
 

@@ -1,0 +1,522 @@
+//! A plan on a device: textures, pipelines and bind groups made once, then recorded every frame.
+
+use std::{
+    collections::HashMap,
+    ops::Range,
+    sync::{Mutex, MutexGuard, PoisonError},
+};
+
+use halflight_shared_shaders::{Binding, BindingKind, Shader};
+
+use crate::{
+    Gpu, View,
+    gpu::known_shader,
+    plan::{FramePlan, Pass, Resource, ResourceId, ResourceKind},
+    uniform::{self, UniformValue},
+};
+
+mod histories;
+mod make;
+mod timer;
+
+pub use timer::PassTime;
+
+use histories::{Memory, adopt_histories, in_turn};
+use make::{Maker, make_buffer, make_texture};
+use timer::Timer;
+
+/// Triangles that a pass draws.
+#[derive(Clone, Debug)]
+pub struct Triangles {
+    /// Index buffer of `u32`, three a triangle.
+    pub indices: wgpu::Buffer,
+    /// The part of it that is drawn, in order.
+    pub ranges: Vec<Range<u32>>,
+}
+
+/// Buffers and triangles that somebody else holds, for example those of a scene, by the names that a plan uses.
+pub trait Provider {
+    /// The buffer of this name; `None` where there is none.
+    fn buffer(&self, gpu: &Gpu, name: &str) -> Option<wgpu::Buffer>;
+
+    /// The triangles of this name; `None` where there are none.
+    fn triangles(&self, gpu: &Gpu, name: &str) -> Option<Triangles>;
+}
+
+/// What the caller gives to a graph: textures and buffers by the names that the plan declared as external.
+#[derive(Default)]
+pub struct Externals<'a> {
+    /// Buffers and triangles for passes that draw or read a scene.
+    pub scene: Option<&'a dyn Provider>,
+    /// Textures by name.
+    pub textures: HashMap<&'static str, wgpu::Texture>,
+}
+
+/// A plan with everything it needs on a device.
+pub struct CompiledGraph {
+    plan: FramePlan,
+    textures: Vec<Option<wgpu::Texture>>,
+    /// Buffers of the plan and of the scene, by resource.
+    buffers: Vec<Option<wgpu::Buffer>>,
+    passes: Vec<ReadyPass>,
+    /// The uniform block `params` of each pass that has one.
+    params: Vec<Option<wgpu::Buffer>>,
+    /// The uniform block `view` of the display and of each further view of the plan.
+    views: Vec<wgpu::Buffer>,
+    view_layout: Option<&'static BindingKind>,
+    /// The uniform block `previous`, one for each view, and its layout, where a pass looks at the frame before.
+    previous: Option<(Vec<wgpu::Buffer>, &'static BindingKind)>,
+    memory: Mutex<Memory>,
+    timer: Option<Timer>,
+}
+
+enum ReadyPass {
+    Compute {
+        pipeline: wgpu::ComputePipeline,
+        /// One for each turn of the plan's histories; both the same where the pass binds none.
+        groups: [Option<wgpu::BindGroup>; 2],
+        workgroups: [u32; 2],
+    },
+    Draw {
+        draws: Vec<ReadyDraw>,
+        colors: Vec<wgpu::TextureView>,
+        depth: wgpu::TextureView,
+    },
+    Voxelize {
+        pipeline: wgpu::RenderPipeline,
+        group: Option<wgpu::BindGroup>,
+        target: wgpu::TextureView,
+        triangles: Option<Triangles>,
+    },
+}
+
+/// Triangles that are drawn by one pipeline.
+struct ReadyDraw {
+    pipeline: wgpu::RenderPipeline,
+    group: Option<wgpu::BindGroup>,
+    triangles: Option<Triangles>,
+}
+
+fn draw(pass: &mut wgpu::RenderPass, triangles: Option<&Triangles>) {
+    let Some(Triangles { indices, ranges }) = triangles else { return };
+    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+    for range in ranges {
+        pass.draw_indexed(range.clone(), 0, 0..1);
+    }
+}
+
+impl CompiledGraph {
+    /// Makes textures, pipelines and bind groups. Pipelines are shared with every other recording on
+    /// the same [`Gpu`].
+    ///
+    /// # Panics
+    /// Where an external of the plan is not given, or a pass does not bind a variable of its shader:
+    /// mistakes of the program that calls, not of its user.
+    pub fn new(gpu: &Gpu, plan: FramePlan, externals: &Externals) -> Self {
+        Self::with_histories(gpu, plan, externals, None)
+    }
+
+    /// Takes over another plan of the same scene, as where a setting changed: as [`CompiledGraph::new`], but
+    /// histories of the same name, size and format go on, and the old picture fades into the new one as if the scene
+    /// had changed. Where none fits, nothing of the old frames is left.
+    ///
+    /// # Panics
+    /// As [`CompiledGraph::new`].
+    pub fn replan(&mut self, gpu: &Gpu, plan: FramePlan, externals: &Externals) {
+        let new = Self::with_histories(gpu, plan, externals, Some(self));
+        std::mem::replace(self, new).destroy_except(&self.textures);
+    }
+
+    fn with_histories(gpu: &Gpu, plan: FramePlan, externals: &Externals, old: Option<&CompiledGraph>) -> Self {
+        let mut textures: Vec<_> = plan
+            .resources
+            .iter()
+            .map(|resource| match resource.kind {
+                ResourceKind::Texture { size, layers, format } => {
+                    Some(make_texture(gpu, &resource.name, size, layers, format))
+                }
+                ResourceKind::Previous { size, format, .. } => Some(make_texture(gpu, &resource.name, size, 1, format)),
+                ResourceKind::External => externals.textures.get(resource.name.as_str()).cloned(),
+                ResourceKind::Data { .. } | ResourceKind::Buffer { .. } => None,
+            })
+            .collect();
+        let mut memory = Memory::default();
+        if let Some(old) = old {
+            let adopted = adopt_histories(&plan, &mut textures, old);
+            // Every history went on, or none did: with one missing, the frame before is not what passes expect.
+            if adopted {
+                memory = Memory { still_frames: 0, prepared: false, ..*old.memory() };
+            }
+        }
+        let data: Vec<_> = plan
+            .resources
+            .iter()
+            .map(|resource| match &resource.kind {
+                ResourceKind::Data { bytes } => {
+                    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+                    Some(make_buffer(gpu, &resource.name, bytes, usage))
+                }
+                _ => None,
+            })
+            .collect();
+        let buffers: Vec<_> = plan
+            .resources
+            .iter()
+            .zip(&data)
+            .map(|(resource, data)| match (&resource.kind, externals.scene) {
+                (&ResourceKind::Buffer { size }, _) => Some(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some(&resource.name),
+                    size,
+                    usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                })),
+                (ResourceKind::External, Some(scene)) => scene.buffer(gpu, &resource.name),
+                _ => data.clone(),
+            })
+            .collect();
+        let block = |name| plan.passes.iter().flat_map(|pass| bindings(pass)).find(|b| b.name == name).map(|b| &b.kind);
+        let uniform = |label, size| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let view_layout = block("view");
+        let for_views = |label| (0..=plan.views.len()).map(|_| uniform(label, 256)).collect::<Vec<_>>();
+        let views = for_views("view");
+        let previous = block("previous").map(|layout| (for_views("previous"), layout));
+        let params: Vec<_> = plan.passes.iter().map(|pass| params_of(gpu, pass)).collect();
+        let maker = Maker {
+            gpu,
+            plan: &plan,
+            textures: &textures,
+            buffers: &buffers,
+            views: &views,
+            previous: previous.as_ref().map(|(buffers, _)| buffers.as_slice()),
+            scene: externals.scene,
+        };
+        let passes = plan.passes.iter().zip(&params).map(|(pass, params)| maker.ready(pass, params.as_ref())).collect();
+        Self {
+            passes,
+            params,
+            view_layout,
+            previous,
+            memory: Mutex::new(memory),
+            timer: Timer::new(gpu, plan.passes.len()),
+            plan,
+            textures,
+            buffers,
+            views,
+        }
+    }
+
+    /// Takes over a plan that differs from the recorded one only in numbers: uniform values and the contents of
+    /// buffers, as where a light moved. Returns false, and changes nothing, where more than that differs.
+    pub fn update(&mut self, gpu: &Gpu, plan: &FramePlan) -> bool {
+        if !same_but_for_numbers(&self.plan, plan) {
+            return false;
+        }
+        for ((old, new), buffer) in self.plan.passes.iter().zip(&plan.passes).zip(&self.params) {
+            if let (true, Some(buffer), Some(block)) = (old.params != new.params, buffer, params_block(new)) {
+                gpu.queue.write_buffer(buffer, 0, &block);
+            }
+        }
+        for ((old, new), buffer) in self.plan.resources.iter().zip(&plan.resources).zip(&self.buffers) {
+            if let (true, ResourceKind::Data { bytes }, Some(buffer)) = (old.kind != new.kind, &new.kind, buffer) {
+                gpu.queue.write_buffer(buffer, 0, bytes);
+            }
+        }
+        self.plan.clone_from(plan);
+        true
+    }
+
+    /// Frees the textures that the plan made. A browser otherwise keeps them until it collects garbage.
+    pub fn destroy(self) {
+        self.destroy_except(&[]);
+    }
+
+    fn destroy_except(self, kept: &[Option<wgpu::Texture>]) {
+        for (resource, texture) in self.plan.resources.iter().zip(&self.textures) {
+            if let (ResourceKind::Texture { .. } | ResourceKind::Previous { .. }, Some(own)) = (&resource.kind, texture)
+                && !kept.contains(texture)
+            {
+                own.destroy();
+            }
+        }
+    }
+
+    /// The plan that was recorded.
+    pub fn plan(&self) -> &FramePlan {
+        &self.plan
+    }
+
+    /// A texture of the plan, as the last frame left it. Of a history it is another one after every frame.
+    pub fn texture(&self, id: ResourceId) -> Option<&wgpu::Texture> {
+        self.textures[in_turn(&self.plan, id, self.memory().turn).0].as_ref()
+    }
+
+    /// The view of the last frame that was recorded.
+    pub fn last_view(&self) -> Option<View> {
+        self.memory().last
+    }
+
+    /// Makes the next frame start anew, as after a cut.
+    pub fn forget(&self) {
+        let mut memory = self.memory();
+        (memory.last, memory.still_frames) = (None, 0);
+    }
+
+    /// Replaces values of the uniform block `params` of a pass; its other fields keep those of the plan. Nothing
+    /// happens where the plan has no such pass.
+    pub fn write_params(&self, gpu: &Gpu, pass: &str, values: &[(&'static str, UniformValue)]) {
+        let planned = self.plan.passes.iter().zip(&self.params).find(|(planned, _)| planned.name == pass);
+        let Some((planned, Some(buffer))) = planned else { return };
+        let kept = planned.params.iter().filter(|(field, _)| values.iter().all(|(name, _)| name != field));
+        let all: Vec<_> = values.iter().chain(kept).cloned().collect();
+        if let Some(BindingKind::Uniform { size, members }) = params_layout(planned) {
+            gpu.queue.write_buffer(buffer, 0, &uniform::pack(*size, members, &all, pass));
+        }
+    }
+
+    /// Replaces the contents of a buffer of the plan, which must have as many bytes. Nothing happens where the plan has
+    /// no such buffer.
+    pub fn write_data(&self, gpu: &Gpu, resource: &str, bytes: &[u8]) {
+        let index = self.plan.resources.iter().position(|r| r.name == resource);
+        if let Some(buffer) = index.and_then(|index| self.buffers[index].as_ref()) {
+            gpu.queue.write_buffer(buffer, 0, bytes);
+        }
+    }
+
+    fn memory(&self) -> MutexGuard<'_, Memory> {
+        self.memory.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A buffer of the plan.
+    pub fn buffer(&self, id: ResourceId) -> Option<&wgpu::Buffer> {
+        self.buffers[id.0].as_ref()
+    }
+
+    /// A result of the plan by name, for example `indirect`.
+    pub fn output(&self, name: &str) -> Option<&wgpu::Texture> {
+        self.plan.outputs.get(name).and_then(|&id| self.texture(id))
+    }
+
+    /// Adds one frame to an encoder. Nothing is allocated.
+    pub fn record(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, view: &View) {
+        let turn = self.begin_frame(gpu, view);
+        let prepared = std::mem::replace(&mut self.memory().prepared, true);
+        for index in 0..self.passes.len() {
+            self.record_pass(encoder, index, turn, self.timer.as_ref(), prepared);
+        }
+        if let Some(timer) = &self.timer {
+            encoder.resolve_query_set(&timer.queries, 0..2 * self.passes.len() as u32, &timer.resolved, 0);
+            encoder.copy_buffer_to_buffer(&timer.resolved, 0, &timer.readable, 0, timer.resolved.size());
+        }
+    }
+
+    /// One command buffer for each pass, to time them apart by the computer's clock where the
+    /// device's timestamps cannot be trusted.
+    pub fn record_apart(&self, gpu: &Gpu, view: &View) -> Vec<wgpu::CommandBuffer> {
+        let turn = self.begin_frame(gpu, view);
+        let prepared = std::mem::replace(&mut self.memory().prepared, true);
+        (0..self.passes.len())
+            .map(|index| {
+                let mut encoder = gpu.device.create_command_encoder(&Default::default());
+                self.record_pass(&mut encoder, index, turn, None, prepared);
+                encoder.finish()
+            })
+            .collect()
+    }
+
+    /// Adds one pass to an encoder, this many times over and without timestamps: the way to learn what it costs where
+    /// timestamps are missing or coarse. Uses the view of the last frame.
+    pub fn record_repeated(&self, encoder: &mut wgpu::CommandEncoder, pass: usize, times: u32) {
+        let turn = self.memory().turn;
+        for _ in 0..times {
+            self.record_pass(encoder, pass, turn, None, false);
+        }
+    }
+
+    /// Tells the device of the frame's view and of the frame before; returns the turn of the histories.
+    fn begin_frame(&self, gpu: &Gpu, view: &View) -> usize {
+        if let Some(BindingKind::Uniform { size, members }) = self.view_layout {
+            gpu.queue.write_buffer(&self.views[0], 0, &view.pack(*size, members));
+            for (other, buffer) in self.plan.views.iter().zip(&self.views[1..]) {
+                gpu.queue.write_buffer(buffer, 0, &view.from_planned(other).pack(*size, members));
+            }
+        }
+        let mut memory = self.memory();
+        let before = memory.last.filter(|before| view.continues(before));
+        let still = before.is_some_and(|before| view.is_still_since(&before));
+        memory.still_frames = if still { memory.still_frames.saturating_add(1) } else { 0 };
+        if let Some((buffers, BindingKind::Uniform { size, members })) = &self.previous {
+            let block = view.pack_previous(before.as_ref(), memory.still_frames, *size, members);
+            gpu.queue.write_buffer(&buffers[0], 0, &block);
+            for (other, buffer) in self.plan.views.iter().zip(&buffers[1..]) {
+                // Further views stand still: where one has a frame before at all, it was seen from the same place.
+                let own = view.from_planned(other);
+                let block = own.pack_previous(before.map(|_| &own), memory.still_frames, *size, members);
+                gpu.queue.write_buffer(buffer, 0, &block);
+            }
+        }
+        memory.last = Some(*view);
+        memory.turn = 1 - memory.turn;
+        memory.turn
+    }
+
+    fn record_pass(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        index: usize,
+        turn: usize,
+        timer: Option<&Timer>,
+        prepared: bool,
+    ) {
+        // What runs once leaves an empty pass, for its timestamps.
+        let idle = prepared && self.plan.passes[index].once;
+        let label = Some(self.plan.passes[index].name.as_str());
+        let query = 2 * index as u32;
+        for buffer in self.plan.passes[index].cleared.iter().filter_map(|&id| self.buffer(id)).filter(|_| !idle) {
+            encoder.clear_buffer(buffer, 0, None);
+        }
+        let timestamps = timer.map(|timer| wgpu::RenderPassTimestampWrites {
+            query_set: &timer.queries,
+            beginning_of_pass_write_index: Some(query),
+            end_of_pass_write_index: Some(query + 1),
+        });
+        match &self.passes[index] {
+            ReadyPass::Compute { pipeline, groups, workgroups } => {
+                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                    label,
+                    timestamp_writes: timer.map(|timer| wgpu::ComputePassTimestampWrites {
+                        query_set: &timer.queries,
+                        beginning_of_pass_write_index: Some(query),
+                        end_of_pass_write_index: Some(query + 1),
+                    }),
+                });
+                if idle {
+                    return;
+                }
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, &groups[turn], &[]);
+                pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);
+            }
+            ReadyPass::Draw { draws, colors, depth } => {
+                let attachments: Vec<_> = colors
+                    .iter()
+                    .map(|view| {
+                        Some(wgpu::RenderPassColorAttachment {
+                            view,
+                            depth_slice: None,
+                            resolve_target: None,
+                            ops: wgpu::Operations {
+                                load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                                store: wgpu::StoreOp::Store,
+                            },
+                        })
+                    })
+                    .collect();
+                let mut pass = render_pass(encoder, label, &attachments, (depth, wgpu::StoreOp::Store), timestamps);
+                for ready in draws {
+                    pass.set_pipeline(&ready.pipeline);
+                    pass.set_bind_group(0, &ready.group, &[]);
+                    draw(&mut pass, ready.triangles.as_ref());
+                }
+            }
+            ReadyPass::Voxelize { pipeline, group, target, triangles } => {
+                let mut pass = render_pass(encoder, label, &[], (target, wgpu::StoreOp::Discard), timestamps);
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, group, &[]);
+                draw(&mut pass, triangles.as_ref());
+            }
+        }
+    }
+
+    /// The buffer to map after a frame to learn its times; `None` where the device has no timestamps.
+    pub fn timing_buffer(&self) -> Option<&wgpu::Buffer> {
+        self.timer.as_ref().map(|timer| &timer.readable)
+    }
+
+    /// Times from the bytes of [`CompiledGraph::timing_buffer`].
+    pub fn pass_times(&self, bytes: &[u8]) -> Vec<PassTime> {
+        self.timer.as_ref().map(|timer| timer.pass_times(&self.plan, bytes)).unwrap_or_default()
+    }
+}
+
+/// The contents of a pass's uniform block `params`; `None` where its shader has none.
+fn params_block(pass: &Pass) -> Option<Vec<u8>> {
+    let Some(BindingKind::Uniform { size, members }) = params_layout(pass) else { return None };
+    Some(uniform::pack(*size, members, &pass.params, &pass.name))
+}
+
+/// Begins a pass whose triangles go into cleared targets; what is kept of its depth stands beside it.
+fn render_pass<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    label: Option<&str>,
+    color_attachments: &[Option<wgpu::RenderPassColorAttachment>],
+    (depth, store): (&wgpu::TextureView, wgpu::StoreOp),
+    timestamp_writes: Option<wgpu::RenderPassTimestampWrites>,
+) -> wgpu::RenderPass<'a> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label,
+        color_attachments,
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: depth,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store }),
+            stencil_ops: None,
+        }),
+        timestamp_writes,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    })
+}
+
+fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {
+    let same_resource = |(old, new): (&Resource, &Resource)| {
+        old.name == new.name
+            && match (&old.kind, &new.kind) {
+                (ResourceKind::Data { bytes: old }, ResourceKind::Data { bytes: new }) => old.len() == new.len(),
+                (old, new) => old == new,
+            }
+    };
+    let same_pass = |(old, new): (&Pass, &Pass)| {
+        (&old.name, &old.shader, &old.constants, &old.bindings, &old.cleared, &old.work)
+            == (&new.name, &new.shader, &new.constants, &new.bindings, &new.cleared, &new.work)
+    };
+    old.display_size == new.display_size
+        && old.views == new.views
+        && old.outputs == new.outputs
+        && old.resources.len() == new.resources.len()
+        && old.passes.len() == new.passes.len()
+        && old.resources.iter().zip(&new.resources).all(same_resource)
+        && old.passes.iter().zip(&new.passes).all(same_pass)
+}
+
+/// Distinct resource variables of a pass's shader.
+fn bindings(pass: &Pass) -> Vec<&'static Binding> {
+    bindings_of(known_shader(&pass.shader))
+}
+
+/// Distinct resource variables of a shader.
+fn bindings_of(shader: &'static Shader) -> Vec<&'static Binding> {
+    let mut all: Vec<&Binding> = Vec::new();
+    for binding in shader.entry_points.iter().flat_map(|entry| entry.bindings) {
+        if !all.iter().any(|other| other.name == binding.name) {
+            all.push(binding);
+        }
+    }
+    all
+}
+
+/// Layout of the uniform block that holds a pass's own values.
+fn params_layout(pass: &Pass) -> Option<&'static BindingKind> {
+    let own = |b: &&Binding| matches!(b.kind, BindingKind::Uniform { .. }) && !["view", "previous"].contains(&b.name);
+    bindings(pass).into_iter().find(own).map(|binding| &binding.kind)
+}
+
+fn params_of(gpu: &Gpu, pass: &Pass) -> Option<wgpu::Buffer> {
+    let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+    params_block(pass).map(|block| make_buffer(gpu, &pass.name, &block, usage))
+}

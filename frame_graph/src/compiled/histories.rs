@@ -1,0 +1,59 @@
+//! What a recording keeps from frame to frame.
+
+use super::CompiledGraph;
+use crate::{
+    View,
+    plan::{FramePlan, Resource, ResourceId, ResourceKind},
+};
+
+/// What a recording knows of the frames before.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Memory {
+    /// The view of the last frame; `None` before the first one.
+    pub(super) last: Option<View>,
+    /// Which texture of each history the last frame wrote.
+    pub(super) turn: usize,
+    /// Frames since anything changed.
+    pub(super) still_frames: u32,
+    /// Whether passes that run once have run.
+    pub(super) prepared: bool,
+}
+
+/// The texture that stands for `id` in frames of this turn: in odd ones the two of a history have changed places.
+pub(super) fn in_turn(plan: &FramePlan, id: ResourceId, turn: usize) -> ResourceId {
+    if turn == 0 {
+        return id;
+    }
+    if let ResourceKind::Previous { of, .. } = plan.resources[id.0].kind {
+        return of;
+    }
+    let before = |resource: &Resource| matches!(resource.kind, ResourceKind::Previous { of, .. } if of == id);
+    plan.resources.iter().position(before).map_or(id, ResourceId)
+}
+
+/// Takes over the histories of another recording; false, and nothing taken, where one of the plan's has no equal.
+pub(super) fn adopt_histories(plan: &FramePlan, textures: &mut [Option<wgpu::Texture>], old: &CompiledGraph) -> bool {
+    let pairs = |plan: &FramePlan| -> Vec<(usize, usize)> {
+        let pair = |(index, resource): (usize, &Resource)| match resource.kind {
+            ResourceKind::Previous { of, .. } => Some((of.0, index)),
+            _ => None,
+        };
+        plan.resources.iter().enumerate().filter_map(pair).collect()
+    };
+    let old_pairs = pairs(&old.plan);
+    let found: Option<Vec<_>> = pairs(plan)
+        .into_iter()
+        .map(|(now, before)| {
+            let same = |&&(old_now, _): &&(usize, usize)| {
+                let (own, other) = (&plan.resources[now], &old.plan.resources[old_now]);
+                own.name == other.name && own.kind == other.kind
+            };
+            old_pairs.iter().find(same).map(|&(old_now, old_before)| [(now, old_now), (before, old_before)])
+        })
+        .collect();
+    let found = found.unwrap_or_default();
+    for (own, other) in found.iter().flatten() {
+        textures[*own].clone_from(&old.textures[*other]);
+    }
+    !found.is_empty()
+}

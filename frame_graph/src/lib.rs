@@ -1,0 +1,21 @@
+//! A frame as data: a [`FramePlan`] lists passes and resources, each with the reason why it is there. A
+//! [`CompiledGraph`] is a plan on a device: textures, pipelines and bind groups are made once and recorded every frame.
+//!
+//! The crate knows wgpu and the descriptions of shaders. It knows no scene, no light and no technique, and it compiles for
+//! `wasm32-unknown-unknown`.
+
+mod compiled;
+pub mod gpu;
+mod plan;
+pub mod scan;
+pub mod uniform;
+mod view;
+
+pub use compiled::{CompiledGraph, Externals, PassTime, Provider, Triangles};
+pub use gpu::Gpu;
+pub use plan::{
+    Draw, FramePlan, History, Part, Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Work,
+    bytes_in_words, variant,
+};
+pub use uniform::UniformValue;
+pub use view::{Continuity, View};

@@ -1,0 +1,211 @@
+//! Looks, on the device, through every texture and buffer that a frame wrote: how many values are NaN, infinite, below
+//! zero or clamped, and how large the largest is. A few words come back instead of all that was written.
+
+use wgpu::TextureFormat as Format;
+
+use crate::{
+    CompiledGraph, Gpu,
+    gpu::known_shader,
+    plan::{FramePlan, ResourceId, ResourceKind},
+};
+
+/// What a texture or buffer of a plan held after a frame. Texels of whole numbers count by their first word, which is
+/// a float: the depth of a surfel or of a history.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scanned {
+    /// Name in the plan.
+    pub name: String,
+    /// Values that were looked at.
+    pub values: u64,
+    /// Values that are not a number.
+    pub nan: u32,
+    /// Infinite values.
+    pub infinite: u32,
+    /// Finite values below zero; light has none, normals do.
+    pub negative: u32,
+    /// Values at the largest number that the format is given: 65,504 of float16, otherwise 1e30.
+    pub clamped: u32,
+    /// Largest magnitude of the finite values.
+    pub largest: f32,
+}
+
+impl Scanned {
+    /// Values that are not finite.
+    pub fn not_finite(&self) -> u64 {
+        u64::from(self.nan) + u64::from(self.infinite)
+    }
+}
+
+/// A scan that was recorded: map [`Scan::readable`], then ask for [`Scan::found`].
+pub struct Scan {
+    items: Vec<(String, u64)>,
+    readable: wgpu::Buffer,
+}
+
+/// Bytes between two tallies: the largest alignment of storage buffers that WebGPU allows.
+const STRIDE: u64 = 256;
+/// Bytes of a tally: five words.
+const TALLY: u64 = 20;
+/// LARGEST_FLOAT16 and LARGEST_RADIANCE of common/math.wgsl.
+const LARGEST_FLOAT16: f64 = 65504.0;
+const LARGEST_RADIANCE: f64 = 1e30;
+/// Invocations in a row of the dispatch over a buffer, ROW of scan_buffer.wgsl.
+const ROW: u64 = 65536;
+
+/// A pass of the scan.
+enum Target<'a> {
+    Layer { texture: &'a wgpu::Texture, layer: u32, shader: &'static str, channels: u32, limit: f64 },
+    Buffer(&'a wgpu::Buffer),
+}
+
+impl Scan {
+    /// Adds a scan of everything that the recording's plan made, as it stands after what the encoder and earlier
+    /// submissions hold. Textures that the caller gave, and whole numbers (indices, bit sets) are left out.
+    pub fn record(gpu: &Gpu, recording: &CompiledGraph, encoder: &mut wgpu::CommandEncoder) -> Self {
+        let plan = recording.plan();
+        let mut items = Vec::new();
+        let mut targets: Vec<(usize, Target)> = Vec::new();
+        for (index, resource) in plan.resources.iter().enumerate() {
+            let id = ResourceId(index);
+            match &resource.kind {
+                ResourceKind::Texture { .. } | ResourceKind::Previous { .. } => {
+                    let Some(texture) = recording.texture(id) else { continue };
+                    let Some((shader, channels, limit)) = how(texture.format()) else { continue };
+                    let layers = texture.depth_or_array_layers();
+                    let values = u64::from(texture.width()) * u64::from(texture.height()) * u64::from(layers);
+                    targets.extend(
+                        (0..layers)
+                            .map(|layer| (items.len(), Target::Layer { texture, layer, shader, channels, limit })),
+                    );
+                    items.push((resource.name.clone(), values * u64::from(channels)));
+                }
+                ResourceKind::Buffer { size } if holds_floats(plan, id) => {
+                    let Some(buffer) = recording.buffer(id) else { continue };
+                    targets.push((items.len(), Target::Buffer(buffer)));
+                    items.push((resource.name.clone(), size / 4));
+                }
+                _ => {}
+            }
+        }
+        let buffer = |usage| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("scan"),
+                size: STRIDE * items.len().max(1) as u64,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let tallies = buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
+        let readable = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+        {
+            let mut pass = encoder
+                .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("scan"), timestamp_writes: None });
+            for (item, target) in &targets {
+                record_target(gpu, &mut pass, target, &tallies, STRIDE * *item as u64);
+            }
+        }
+        encoder.copy_buffer_to_buffer(&tallies, 0, &readable, 0, tallies.size());
+        Self { items, readable }
+    }
+
+    /// The buffer to map once the device is done.
+    pub fn readable(&self) -> &wgpu::Buffer {
+        &self.readable
+    }
+
+    /// What was found, from the bytes of [`Scan::readable`], in the order of the plan.
+    pub fn found(&self, bytes: &[u8]) -> Vec<Scanned> {
+        let tally = |(item, &(ref name, values)): (usize, &(String, u64))| {
+            let word = |i: usize| {
+                let at = item * STRIDE as usize + 4 * i;
+                bytes.get(at..at + 4).map_or(0, bytemuck::pod_read_unaligned::<u32>)
+            };
+            Scanned {
+                name: name.clone(),
+                values,
+                nan: word(0),
+                infinite: word(1),
+                negative: word(2),
+                clamped: word(3),
+                largest: f32::from_bits(word(4)),
+            }
+        };
+        self.items.iter().enumerate().map(tally).collect()
+    }
+}
+
+/// The shader that reads a format, how many of its channels count, and the largest number that it is given; `None` for
+/// whole numbers and for depth tests, which the rasteriser keeps between 0 and 1.
+fn how(format: Format) -> Option<(&'static str, u32, f64)> {
+    Some(match format {
+        Format::Rgba32Uint | Format::Rg32Uint => ("scan/scan_texture+words", 1, LARGEST_RADIANCE),
+        Format::R16Float | Format::Rg16Float | Format::Rgba16Float => {
+            ("scan/scan_texture", u32::from(format.components()), LARGEST_FLOAT16)
+        }
+        Format::R32Float | Format::Rg32Float | Format::Rgba32Float => {
+            ("scan/scan_texture", u32::from(format.components()), LARGEST_RADIANCE)
+        }
+        _ => return None,
+    })
+}
+
+/// Whether a shader that binds the buffer declares it as floats: whole numbers may have any bits.
+fn holds_floats(plan: &FramePlan, id: ResourceId) -> bool {
+    plan.passes.iter().any(|pass| {
+        pass.bindings.iter().filter(|(_, bound)| *bound == id).any(|(variable, _)| {
+            let declaration = format!("> {variable}: ");
+            let source = known_shader(&pass.shader).source;
+            let rest = source.split_once(&declaration).map(|(_, rest)| rest);
+            let kind = rest.and_then(|rest| rest.split(';').next()).unwrap_or_default();
+            ["f32", "vec2f", "vec3f", "vec4f"].iter().any(|float| kind.contains(float))
+        })
+    })
+}
+
+/// The largest number that a texture of this format is given: values at it were clamped.
+pub fn largest_number(format: Format) -> f32 {
+    how(format).map_or(LARGEST_RADIANCE, |(_, _, limit)| limit) as f32
+}
+
+fn record_target(gpu: &Gpu, pass: &mut wgpu::ComputePass, target: &Target, tallies: &wgpu::Buffer, offset: u64) {
+    let (name, constants, workgroups) = match *target {
+        Target::Layer { texture, shader, channels, limit, .. } => (
+            shader,
+            vec![("LIMIT", limit), ("CHANNELS", f64::from(channels))],
+            [texture.width().div_ceil(16), texture.height().div_ceil(16)],
+        ),
+        Target::Buffer(buffer) => {
+            let words = buffer.size() / 4;
+            let groups = [words.min(ROW).div_ceil(256) as u32, words.div_ceil(ROW) as u32];
+            ("scan/scan_buffer", vec![("LIMIT", LARGEST_RADIANCE)], groups)
+        }
+    };
+    let shader = known_shader(name);
+    let pipeline = gpu.compute_pipeline(shader, &shader.entry_points[0], &constants);
+    let view = match *target {
+        Target::Layer { texture, layer, .. } => Some(texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2),
+            base_array_layer: layer,
+            array_layer_count: Some(1),
+            ..Default::default()
+        })),
+        Target::Buffer(_) => None,
+    };
+    let scanned = match (target, &view) {
+        (Target::Buffer(buffer), _) => buffer.as_entire_binding(),
+        (Target::Layer { .. }, Some(view)) => wgpu::BindingResource::TextureView(view),
+        (Target::Layer { .. }, None) => return,
+    };
+    let tally = wgpu::BufferBinding { buffer: tallies, offset, size: std::num::NonZeroU64::new(TALLY) };
+    let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("scan"),
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: scanned },
+            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Buffer(tally) },
+        ],
+    });
+    pass.set_pipeline(&pipeline);
+    pass.set_bind_group(0, &group, &[]);
+    pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);
+}

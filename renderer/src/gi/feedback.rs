@@ -1,0 +1,50 @@
+//! Several bounces by feedback of the frame before (Therrien et al. 2023, section 4.3), for any technique: every frame adds
+//! one bounce to what it finds.
+
+use wgpu::TextureFormat as Format;
+
+use crate::gi::Inputs;
+use halflight_frame_graph::{FramePlan, History, Part, ResourceId};
+
+/// Light that is fed back.
+pub struct Feedback {
+    /// Direct light and what surfaces reflect of the light of the frame before: the technique's source.
+    pub source: ResourceId,
+    light: History,
+}
+
+impl Feedback {
+    /// Plans the source; `None`, and nothing planned, where `bound` is 0. The bound is the largest albedo that counts,
+    /// under 1: what is fed back stays under 1 / (1 - bound) of the first bounce.
+    pub fn plan(plan: &mut FramePlan, inputs: &Inputs, bound: f32) -> Option<Self> {
+        if bound <= 0.0 {
+            return None;
+        }
+        let size = plan.display_size;
+        let light = plan.history("light", size, Format::Rgba32Uint, "light that surfaces reflect once more");
+        let source = plan.texture("fed", size, Format::Rgba32Float, "direct light and light that was fed back");
+        plan.pass(Part::Technique, "feedback", "feedback/source")
+            .param("bound", bound)
+            .bind("depth", inputs.depth)
+            .bind("normal", inputs.normal)
+            .bind("direct", inputs.direct)
+            .bind("albedo", inputs.albedo)
+            .bind("light_before", light.before)
+            .bind("fed", source)
+            .because(format!("further bounces from the frame before, albedo at most {bound}"))
+            .over(size);
+        Some(Self { source, light })
+    }
+
+    /// Plans what the next frame will feed back: this frame's light, at full resolution.
+    pub fn remember(&self, plan: &mut FramePlan, inputs: &Inputs, indirect: ResourceId) {
+        let size = plan.display_size;
+        plan.pass(Part::Technique, "remember", "feedback/remember")
+            .bind("depth", inputs.depth)
+            .bind("normal", inputs.normal)
+            .bind("indirect", indirect)
+            .bind("light", self.light.now)
+            .because("the next frame adds a bounce")
+            .over(size);
+    }
+}

@@ -1,0 +1,309 @@
+//! Lights as views: what each light sees, as a reflective shadow map (Dachsbacher & Stamminger 2005), and the few of its
+//! lit surfaces that matter most to what the camera sees.
+
+use wgpu::TextureFormat as Format;
+
+use crate::{
+    gi::{
+        Inputs,
+        emitters::{EmitterPoints, plan_emitter_points},
+        resolution::Level,
+    },
+    parameters::SettingsError,
+    scene::{SceneFacts, ShadowLayer, triangles},
+};
+use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId, variant};
+
+/// Lit surfaces that stand for all that the lights light.
+pub struct VirtualLights {
+    /// `array<LightSurface>` of `light_views/light_surface.wgsl`, view space.
+    pub lights: ResourceId,
+    pub count: u32,
+}
+
+/// A pyramid over the views of all lights.
+pub struct LightPyramid {
+    /// Two `vec4u` a texel, as `light_views/light_pyramid.wgsl` lays them out.
+    pub texels: ResourceId,
+    /// World to clip space of each view, in the order of [`Inputs::shadow_layers`].
+    pub projections: ResourceId,
+    /// Number of views.
+    pub views: u32,
+}
+
+/// Textures that each view is drawn into, one after another, and what drawing them takes.
+pub struct LightMaps {
+    /// World position of each texel's surface.
+    pub place: ResourceId,
+    /// Its area, its normal and the radiance that it sends on.
+    pub light: ResourceId,
+    triangles: ResourceId,
+    depth: ResourceId,
+    size: u32,
+}
+
+const LIT_SURFACES: &str = "light_views/lit_surfaces";
+
+/// Needs the scene: an error where only textures were given.
+fn scene_of<'a>(inputs: &Inputs<'a>, technique: &str) -> Result<&'a SceneFacts, SettingsError> {
+    inputs.scene.ok_or_else(|| {
+        SettingsError(format!(
+            "{technique} draws the scene as its lights see it and only textures were given: plan with the facts of a scene"
+        ))
+    })
+}
+
+impl LightMaps {
+    /// Plans the textures, `size` texels a side.
+    pub fn new(plan: &mut FramePlan, size: u32) -> Self {
+        let mut map = |name: &str, format, reason: &str| plan.texture(name, [size; 2], format, reason);
+        Self {
+            place: map("light_view_place", Format::Rgba32Float, "what a light sees, one after another"),
+            light: map("light_view_light", Format::Rgba32Uint, "what it sends there"),
+            triangles: map("light_view_triangles", Format::R32Uint, "which triangle a light sees"),
+            depth: map("light_view_depth_test", Gpu::DEPTH_FORMAT, "hidden surfaces"),
+            size,
+        }
+    }
+
+    /// Plans one view: which triangle each texel shows, then what that surface sends on.
+    fn draw(
+        &self,
+        plan: &mut FramePlan,
+        scene: &SceneFacts,
+        receive_only: Option<ResourceId>,
+        index: usize,
+        view: &ShadowLayer,
+    ) {
+        let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
+        let indices = plan.scene_buffer("scene.indices", "its triangles");
+        let corners = plan.scene_buffer("scene.corners", "the numbers of its triangles");
+        let materials = plan.scene_buffer("scene.materials", "the scene's materials");
+        let lights = plan.scene_buffer("scene.lights", "the scene's lights");
+        let texels = (scene.needs.textured || scene.needs.alpha_tested)
+            .then(|| plan.scene_buffer("scene.texels", "materials with textures"));
+        let objects = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
+        let shader = |alpha_tested| {
+            variant(
+                "shadow/shadow_map",
+                &[("alpha_tested", alpha_tested), ("moving", scene.moving()), ("triangles", true)],
+            )
+        };
+        let mut pass = plan
+            .pass(Part::Technique, format!("light_view_{index}"), shader(scene.needs.alpha_tested))
+            .param("world_to_clip", view.world_to_clip)
+            .bind("vertices", vertices)
+            .bind("corners", corners)
+            .because("which triangles a light sees");
+        if let (true, Some(texels)) = (scene.needs.alpha_tested, texels) {
+            pass = pass.bind("materials", materials).bind("texels", texels);
+        }
+        if let Some(objects) = objects {
+            pass = pass.bind("objects", objects);
+        }
+        pass.draw(
+            triangles::numbered_by_alpha(scene.needs.alpha_tested, || shader(false)),
+            vec![self.triangles],
+            (self.depth, 0),
+        );
+        let features =
+            [("textured", scene.needs.textured), ("moving", scene.moving()), ("receive_only", receive_only.is_some())];
+        let mut pass = plan
+            .pass(Part::Technique, format!("lit_surfaces_{index}"), variant(LIT_SURFACES, &features))
+            .param("world_to_clip", view.world_to_clip)
+            .param("light", view.light)
+            .param("texel_width", view.width / self.size as f32)
+            .bind("vertices", vertices)
+            .bind("indices", indices)
+            .bind("materials", materials)
+            .bind("lights", lights)
+            .bind("triangles", self.triangles)
+            .bind("place", self.place)
+            .bind("light", self.light)
+            .because("what a light lights sends light on");
+        if let (true, Some(texels)) = (scene.needs.textured, texels) {
+            pass = pass.bind("texels", texels);
+        }
+        if let Some(objects) = objects {
+            pass = pass.bind("objects", objects);
+        }
+        if let Some(flags) = receive_only {
+            pass = pass.bind("receive_only", flags);
+        }
+        pass.over([self.size; 2]);
+    }
+}
+
+/// Plans maps of `size` texels a side for every light, and after each one what `use_map` makes of it. Nothing in a scene
+/// without lights.
+///
+/// # Errors
+/// Where only textures were given, without a scene and its lights.
+pub fn plan_light_maps(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    technique: &str,
+    size: u32,
+    mut use_map: impl FnMut(&mut FramePlan, &LightMaps, usize, &ShadowLayer),
+) -> Result<(), SettingsError> {
+    let scene = scene_of(inputs, technique)?;
+    let views = inputs.shadow_layers();
+    if views.is_empty() {
+        return Ok(());
+    }
+    let maps = LightMaps::new(plan, size);
+    for (index, view) in views.iter().enumerate() {
+        maps.draw(plan, scene, inputs.receive_only.map(|surfaces| surfaces.flags), index, view);
+        use_map(plan, &maps, index, view);
+    }
+    Ok(())
+}
+
+/// Leaves in the lights' views of a whole frame only those surfaces that its camera sees, to tell an error of light from
+/// the screen from one of light from elsewhere. Nothing changes where the plan has no such views.
+pub fn send_only_what_is_seen(plan: &mut FramePlan) {
+    let Some(&depth) = plan.outputs.get("depth") else { return };
+    for pass in plan.passes.iter_mut().filter(|pass| pass.shader.starts_with(LIT_SURFACES)) {
+        pass.shader.push_str("+seen");
+        pass.bindings.push(("depth", depth));
+    }
+}
+
+/// Bytes of a buffer that every device binds: WebGPU's default.
+const LARGEST_BUFFER: u64 = 1 << 27;
+
+/// Points on emitters, for all of them: as many as a light's view has texels that matter.
+const EMITTER_POINTS: u32 = 1024;
+
+/// Bytes of a surface in either buffer that holds all of them, and of a virtual light.
+const ENTRY: u64 = 16;
+const VIRTUAL_LIGHT: u64 = 48;
+
+/// An error where `views` of `size` texels a side have more than `most` texels in all.
+fn refuse_too_large(technique: &str, size: u32, views: u64, most: u64) -> Result<(), SettingsError> {
+    if views * u64::from(size) * u64::from(size) <= most {
+        return Ok(());
+    }
+    Err(SettingsError(format!(
+        "{technique}.light_view_size = {size} is too much for the {views} views of this scene's lights (a point light has \
+         six): choose at most {}",
+        ((most / views.max(1)) as f64).sqrt() as u32
+    )))
+}
+
+/// Bytes of a texel of the pyramid.
+const TEXEL: u64 = 32;
+
+/// Plans a pyramid of `levels` levels over maps of `size` texels a side, a multiple of the coarsest texel; `None` in a
+/// scene without lights.
+///
+/// # Errors
+/// Where only textures were given, without a scene and its lights, or where all views do not fit a buffer.
+pub fn plan_light_pyramid(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    technique: &str,
+    size: u32,
+    levels: u32,
+) -> Result<Option<LightPyramid>, SettingsError> {
+    scene_of(inputs, technique)?;
+    let layers = inputs.shadow_layers();
+    if layers.is_empty() {
+        return Ok(None);
+    }
+    let views = layers.len() as u32;
+    // Coarser levels have a third as many texels as the finest one at most.
+    refuse_too_large(technique, size, u64::from(views), LARGEST_BUFFER / TEXEL * 3 / 4)?;
+    let count: u64 = (0..levels).map(|level| u64::from(views) * u64::from(size >> level).pow(2)).sum();
+    let texels = plan.buffer("light_pyramid", count * TEXEL, "surfaces that the lights light, at several scales");
+    let projections = plan.data("light_projections", light_projections(layers), "where a light sees a receiver");
+    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, _| {
+        plan.pass(Part::Technique, format!("keep_{index}"), "light_views/keep")
+            .param("first", index as u32 * size * size)
+            .bind("place", maps.place)
+            .bind("light", maps.light)
+            .bind("light_pyramid", texels)
+            .because("the next view is drawn into the same map")
+            .over([size; 2]);
+    })?;
+    for level in 1..levels {
+        plan.pass(Part::Technique, format!("light_pyramid_{level}"), "light_views/pyramid")
+            .param("size", size)
+            .param("views", views)
+            .param("level", level)
+            .bind("light_pyramid", texels)
+            .because("what is far away is gathered in coarser texels")
+            .over([size >> level, (size >> level) * views]);
+    }
+    Ok(Some(LightPyramid { texels, projections, views }))
+}
+
+/// World to clip space of these views, as `array<mat4x4f>`.
+pub fn light_projections(views: &[ShadowLayer]) -> Vec<u8> {
+    let words: Vec<f32> = views.iter().flat_map(|view| view.world_to_clip.to_cols_array()).collect();
+    bytemuck::cast_slice(&words).to_vec()
+}
+
+/// Plans maps of `size` texels a side for every light and chooses `count` of their surfaces by what they bring to
+/// `receivers`; `None` in a scene without lights and emitters. `use_map` plans what else each map is read for.
+///
+/// # Errors
+/// Where only textures were given, without a scene and its lights.
+pub fn plan_virtual_lights(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    technique: &str,
+    size: u32,
+    count: u32,
+    receivers: &Level,
+    mut use_map: impl FnMut(&mut FramePlan, &LightMaps, usize, &ShadowLayer),
+) -> Result<Option<VirtualLights>, SettingsError> {
+    let scene = scene_of(inputs, technique)?;
+    let layers = inputs.shadow_layers();
+    if layers.is_empty() && scene.emitters.is_empty() {
+        return Ok(None);
+    }
+    let texels = size * size;
+    let views = layers.len() as u64;
+    let points = if scene.emitters.is_empty() { 0 } else { EMITTER_POINTS };
+    refuse_too_large(technique, size, views, LARGEST_BUFFER / ENTRY - 2 * u64::from(EMITTER_POINTS))?;
+    let of_views = texels * views as u32;
+    let surfaces = of_views + 2 * points;
+    let mut buffer =
+        |name: &str, entries: u32, bytes: u64, reason: &str| plan.buffer(name, u64::from(entries) * bytes, reason);
+    let places = buffer("lit_places", surfaces, ENTRY, "where the lights' surfaces are");
+    let lights = buffer("lit_radiance", surfaces, ENTRY, "what the lights' surfaces send on");
+    let importances = buffer("importances", surfaces, 4, "what each of them would bring");
+    let chosen = VirtualLights {
+        lights: buffer("virtual_lights", count, VIRTUAL_LIGHT, "surfaces that stand for all of them"),
+        count,
+    };
+    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, view| {
+        plan.pass(Part::Technique, format!("collect_{index}"), "light_views/collect")
+            .param("first", texels * index as u32)
+            .param("scale", receivers.scale as f32)
+            .bind("place", maps.place)
+            .bind("light", maps.light)
+            .bind("places", places)
+            .bind("lights", lights)
+            .bind("surfels", receivers.surfels)
+            .bind("importances", importances)
+            .because("what each surface would bring to what the camera sees")
+            .over([size; 2]);
+        use_map(plan, maps, index, view);
+    })?;
+    if points > 0 {
+        let to = EmitterPoints { places, lights, first: of_views, points };
+        plan_emitter_points(plan, scene, &to, Some((importances, receivers)));
+    }
+    plan.pass(Part::Technique, "choose", "light_views/choose")
+        .param("surfaces", surfaces)
+        .param("chosen", count)
+        .bind("importances", importances)
+        .bind("places", places)
+        .bind("lights", lights)
+        .bind("virtual_lights", chosen.lights)
+        .because(format!("{count} surfaces stand for all that are lit"))
+        .over([1, 1]);
+    Ok(Some(chosen))
+}

@@ -1,0 +1,87 @@
+//! A binary grid of cubes over the whole scene, seen or not: what stands between a surface and a light that no camera
+//! sees.
+
+use glam::Vec3;
+
+use crate::scene::SceneFacts;
+use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+
+/// Invocations that share a triangle, at least.
+const FEWEST_ROWS: u32 = 8;
+/// `POINTS_A_CUBE` of fill.wgsl.
+const POINTS_A_CUBE: f64 = 1.5;
+/// Points that one invocation sets at most. Software drivers of the Mesa project leave the loops of an invocation after
+/// 65,535 turns, without a word; half of that is for loops around these.
+const MOST_POINTS: f64 = 32768.0;
+
+/// Invocations that share a triangle, so that the largest one inside the grid is covered by all of them: its sides are no
+/// longer than the grid's diagonal, and it has half of their product of points.
+fn rows(resolution: u32) -> u32 {
+    let side = 3f64.sqrt() * f64::from(resolution) * POINTS_A_CUBE + 2.0;
+    ((0.5 * side * side / MOST_POINTS).ceil() as u32).next_power_of_two().max(FEWEST_ROWS)
+}
+
+/// The grid on the device.
+#[derive(Clone, Copy)]
+pub struct SceneVoxels {
+    /// `Grid` of `scene_voxels/grid.wgsl`.
+    pub grid: ResourceId,
+    /// One bit a cube.
+    pub cubes: ResourceId,
+}
+
+/// Plans a grid with `resolution` cubes along the scene's longest side.
+pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u32) -> SceneVoxels {
+    let [low, high] = scene.bounds.map(Vec3::from);
+    let longest = (high - low).max_element().max(f32::MIN_POSITIVE * 1e10);
+    let width = longest / resolution as f32;
+    // A cube more on each side keeps what lies on the border inside.
+    let cubes = ((high - low) / width).ceil().as_uvec3() + 2;
+    let size = [cubes.x.next_multiple_of(32), cubes.y, cubes.z];
+    // No wall of the bounding box lies on a border between cubes, where rounding would choose one.
+    let origin = low - 0.63 * width;
+    let words: [u32; 8] =
+        [origin.x.to_bits(), origin.y.to_bits(), origin.z.to_bits(), width.to_bits(), size[0], size[1], size[2], 0];
+    let grid = plan.data("scene_grid", bytemuck::cast_slice(&words).to_vec(), "where the cubes are");
+    let bytes = size.map(u64::from).iter().product::<u64>() / 8;
+    let bits = plan.buffer("scene_cubes", bytes, format!("{} x {} x {} cubes, a bit each", size[0], size[1], size[2]));
+    let features = [("alpha_tested", scene.needs.alpha_tested), ("moving", scene.moving())];
+    let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
+    let indices = plan.scene_buffer("scene.indices", "its triangles");
+    let cut_outs = scene.needs.alpha_tested.then(|| {
+        ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"))
+    });
+    let objects = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let rows = rows(resolution);
+    let mut pass = plan
+        .pass(Part::Technique, "scene_voxels", variant("scene_voxels/fill", &features))
+        .constants(&[("ROWS", f64::from(rows))])
+        .clear(bits)
+        .once(!scene.moving())
+        .bind("grid", grid)
+        .bind("vertices", vertices)
+        .bind("indices", indices)
+        .bind("cubes", bits)
+        .because(match scene.moving() {
+            true => "what stands between surfaces, on the screen or not",
+            false => "what stands between surfaces, on the screen or not; once, as nothing moves",
+        });
+    if let Some([materials, texels]) = cut_outs {
+        pass = pass.bind("materials", materials).bind("texels", texels);
+    }
+    if let Some(objects) = objects {
+        pass = pass.bind("objects", objects);
+    }
+    pass.over([scene.triangles.max(1), rows]);
+    SceneVoxels { grid, cubes: bits }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_invocation_sets_more_points_than_drivers_loop() {
+        assert_eq!([8, 128, 256, 512, 960].map(rows), [8, 8, 8, 32, 128]);
+    }
+}

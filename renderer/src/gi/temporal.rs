@@ -1,0 +1,82 @@
+//! The temporal filter (Soler & Hoel 2010, Equation 6): a pass that any technique may add behind its own.
+
+use wgpu::TextureFormat as Format;
+
+use crate::gi::Inputs;
+use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+
+/// What of an old image is left, at most, when a still picture begins to average without end.
+const SETTLED: f32 = 1.0 / 256.0;
+
+/// Frames after which a share `left` of what was there remains in an average with weight `a`, 0..1; the half-life
+/// for a share of a half: ln 2 / -ln a.
+pub fn frames_until(a: f32, left: f32) -> f32 {
+    if a > 0.0 { left.ln() / a.ln() } else { 0.0 }
+}
+
+/// Adds the filter behind a technique that left `indirect` (at full resolution) and returns the filtered light;
+/// adds nothing, and returns what it was given, where `a` is 0 or there is no light.
+///
+/// A pass and a history: what was seen, depth and normal with it, in one texel of 128 bits. Where objects
+/// move, it follows them through `inputs.motion`.
+pub fn temporal_filter(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    indirect: Option<ResourceId>,
+    a: f32,
+) -> Option<ResourceId> {
+    let light = indirect?;
+    Some(filter(plan, inputs, light, a, None))
+}
+
+/// As [`temporal_filter`] for the light of mirror lobes, with a history of its own: a counts fewer frames the narrower a
+/// lobe is, because the narrower it is the faster its light changes. `material` is each pixel's.
+pub fn temporal_filter_of_gloss(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    glossy: ResourceId,
+    a: f32,
+    material: ResourceId,
+) -> ResourceId {
+    filter(plan, inputs, glossy, a, Some(material))
+}
+
+fn filter(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    light: ResourceId,
+    a: f32,
+    material: Option<ResourceId>,
+) -> ResourceId {
+    if a <= 0.0 {
+        return light;
+    }
+    let of = if material.is_some() { "_glossy" } else { "" };
+    let size = plan.display_size;
+    let half = plan.resources[light.0].format() == Some(Format::Rgba16Float);
+    let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
+    let history =
+        plan.history(&format!("history{of}"), size, Format::Rgba32Uint, "light and surfaces that the filter remembers");
+    let filtered = plan.texture(format!("filtered{of}"), size, format, "indirect light, averaged over frames");
+    let features = [("moving", inputs.motion.is_some()), ("float16", half), ("glossy", material.is_some())];
+    let materials = material.map(|_| plan.scene_buffer("scene.materials", "glossy materials"));
+    let mut pass = plan
+        .pass(Part::Technique, format!("temporal{of}"), variant("temporal/temporal", &features))
+        .param("a", a)
+        .param("settle_frames", frames_until(a, SETTLED).ceil() as u32)
+        .bind("depth", inputs.depth)
+        .bind("normal", inputs.normal)
+        .bind("indirect", light)
+        .bind("history_before", history.before)
+        .bind("history", history.now)
+        .bind("filtered", filtered)
+        .because(format!("temporal_a = {a}: half of an old image is gone after {:.1} frames", frames_until(a, 0.5)));
+    if let Some(motion) = inputs.motion {
+        pass = pass.bind("object", motion.object).bind("objects", motion.objects);
+    }
+    if let (Some(material), Some(materials)) = (material, materials) {
+        pass = pass.bind("material", material).bind("materials", materials);
+    }
+    pass.over(size);
+    filtered
+}

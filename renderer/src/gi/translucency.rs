@@ -1,0 +1,59 @@
+//! Light that passes translucent surfaces, found in the lights' views (Lambru et al.): a part of its own, the output
+//! `transmitted`.
+
+use wgpu::TextureFormat as Format;
+
+use crate::{
+    gi::{Inputs, rsm::LightMaps},
+    scene::shadow::ShadowLayer,
+};
+use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+
+/// The sum over the lights' views, as it is planned.
+pub struct Translucency<'a> {
+    inputs: &'a Inputs<'a>,
+    /// Index of each pixel's material; `None` where nothing is translucent or nobody asks.
+    material: Option<ResourceId>,
+    sum: Option<ResourceId>,
+}
+
+impl<'a> Translucency<'a> {
+    pub fn new(inputs: &'a Inputs<'a>, wanted: bool) -> Self {
+        let translucent = wanted && inputs.scene.is_some_and(|scene| scene.needs.translucent);
+        Self { inputs, material: inputs.material.filter(|_| translucent), sum: None }
+    }
+
+    /// Plans what the light of this view sends through.
+    pub fn add(&mut self, plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer) {
+        let Some(material) = self.material else { return };
+        let size = plan.display_size;
+        // No pass may read what it writes.
+        let name = format!("transmitted_{}", index % 2);
+        let sum = plan.texture_again(name, size, Format::Rgba32Float, "light that passes translucent surfaces");
+        let materials = plan.scene_buffer("scene.materials", "the scene's materials");
+        let lights = plan.scene_buffer("scene.lights", "the scene's lights");
+        let shader = variant("translucency/translucency", &[("further", self.sum.is_some())]);
+        let mut pass = plan
+            .pass(Part::Technique, format!("translucency_{index}"), shader)
+            .param("world_to_clip", view.world_to_clip)
+            .param("light", view.light)
+            .bind("depth", self.inputs.depth)
+            .bind("normal", self.inputs.normal)
+            .bind("material", material)
+            .bind("materials", materials)
+            .bind("lights", lights)
+            .bind("place", maps.place)
+            .bind("transmitted", sum)
+            .because("some materials let light through");
+        if let Some(before) = self.sum {
+            pass = pass.bind("partial_sum", before);
+        }
+        pass.over(size);
+        self.sum = Some(sum);
+    }
+
+    /// Leaves the sum among the plan's outputs.
+    pub fn finish(self, plan: &mut FramePlan) {
+        plan.outputs.extend(self.sum.map(|sum| ("transmitted", sum)));
+    }
+}

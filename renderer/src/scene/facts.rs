@@ -1,0 +1,65 @@
+//! What a plan has to know of a scene.
+
+use halflight_scenes::{Camera, Scene, SceneNeeds};
+
+use super::{
+    EmittingTriangle, ShadowLayer,
+    emitters::emitting_triangles,
+    shadow::{shadow_bounds, shadow_layers},
+};
+
+/// Facts about a scene that a plan starts from; no geometry and no device.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneFacts {
+    /// What the scene requires.
+    pub needs: SceneNeeds,
+    /// What its shadow maps look at, in the first frame.
+    pub shadow_layers: Vec<ShadowLayer>,
+    /// One word a material: 1 where it receives indirect light and sends none. Empty where none does.
+    pub receive_only: Vec<u32>,
+    /// Cameras that see light which the display's does not.
+    pub extra_cameras: Vec<Camera>,
+    /// Near plane for its cameras, scene units.
+    pub near: f32,
+    /// Lower and upper corner of its bounding box, over all frames, world space; a unit cube for an empty scene.
+    pub bounds: [[f32; 3]; 2],
+    /// Number of triangles.
+    pub triangles: u32,
+    /// Triangles that emit light and send it on.
+    pub emitters: Vec<EmittingTriangle>,
+}
+
+impl SceneFacts {
+    /// Collects the facts.
+    pub fn of(scene: &Scene) -> Self {
+        let bounds = scene.swept_bounds();
+        let diagonal = bounds.map_or(1.0, |(low, high)| (high - low).length());
+        // Reversed depth is as precise near the eye as far away, so the near plane may be close; it
+        // only has to stay clear of zero.
+        let near = (diagonal * 1e-4).max(f32::MIN_POSITIVE * 1e10);
+        let bounds = bounds.map_or([[0.0; 3], [1.0; 3]], |(low, high)| [low.to_array(), high.to_array()]);
+        let needs = SceneNeeds::of(scene);
+        let flags = scene.materials.iter().map(|material| u32::from(material.receive_only));
+        let receive_only = if needs.receive_only { flags.collect() } else { Vec::new() };
+        let shadow_layers = shadow_layers(&scene.pose(0).lights, shadow_bounds(scene));
+        let extra_cameras = scene.extra_cameras.clone();
+        let triangles = scene.triangle_count() as u32;
+        let emitters = emitting_triangles(scene);
+        Self { needs, shadow_layers, receive_only, extra_cameras, near, bounds, triangles, emitters }
+    }
+
+    /// Whether some mesh moves.
+    pub fn moving(&self) -> bool {
+        self.needs.moving_objects > 0
+    }
+
+    /// Whether some mesh encloses solid matter.
+    pub fn solid_meshes(&self) -> bool {
+        self.needs.watertight_meshes > 0
+    }
+
+    /// Whether some mesh does not, and is not alpha-masked.
+    pub fn open_meshes(&self) -> bool {
+        self.needs.open_meshes > self.needs.cut_out_meshes
+    }
+}

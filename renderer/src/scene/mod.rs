@@ -1,0 +1,22 @@
+//! A scene on a device: its buffers, what its lights look at, what moves in it, and the facts that plans start from.
+
+mod buffers;
+mod emitters;
+mod facts;
+mod motion;
+pub(crate) mod shadow;
+
+pub use buffers::{SceneBuffers, triangles};
+pub use emitters::EmittingTriangle;
+pub use facts::SceneFacts;
+pub use motion::SceneMotion;
+pub use shadow::ShadowLayer;
+
+use halflight_frame_graph::View;
+use halflight_scenes::Camera;
+
+/// The first frame seen by a camera. `near` is in scene units.
+pub fn camera_view(camera: &Camera, display_size: [u32; 2], near: f32) -> View {
+    let [width, height] = display_size;
+    View::new(camera.view_matrix(), camera.tan_half_fov(width, height), display_size, near)
+}

@@ -1,0 +1,134 @@
+//! Screen-space indirect light with a visibility bitmask (Therrien et al. 2023): along slices through the view ray, every
+//! sample hides some sectors of the hemisphere and lights the receiver through those that nothing hid before.
+
+use halflight_frame_graph::{FramePlan, ResourceId};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    choice,
+    gi::{
+        Finds, Resolution, Spacing, Storage, Switch, feedback::Feedback, slices::SliceGather, temporal::temporal_filter,
+    },
+    parameters,
+    parameters::{Settings, SettingsError},
+};
+
+choice! {
+    /// How sectors and light are weighted.
+    pub enum Estimator {
+        /// As printed: sectors of equal angle, light weighted by the cosines at both ends.
+        Published = "published",
+        /// Sectors of equal cosine-weighted solid angle; converges to what rays find on the screen.
+        Radiometric = "radiometric",
+    }
+}
+
+choice! {
+    /// Sectors of a slice.
+    pub enum Sectors {
+        /// One word.
+        S32 = "32",
+        /// Two words.
+        S64 = "64",
+        /// Four words.
+        S128 = "128",
+    }
+}
+
+impl Sectors {
+    fn count(self) -> u32 {
+        32 << self as u32
+    }
+}
+
+choice! {
+    /// How light of the environment is found.
+    pub enum Ambient {
+        /// What a surface of this normal receives, times openness.
+        Normal = "normal",
+        /// What one receives that faces the middle of what is open, times openness.
+        BentNormal = "bent-normal",
+        /// From four directions of each slice, each through its open sectors.
+        Bitmask = "bitmask",
+    }
+}
+
+parameters! {
+    /// Parameters of the visibility bitmask.
+    pub struct Bitmask("bitmask") {
+        /// What is found: light, or openness alone.
+        finds: Finds = Finds::Light, unit "", grid [Finds::Light, Finds::Occlusion], role Plan;
+        /// Sectors and weights: published, as printed; radiometric, what rays would find.
+        estimator: Estimator = Estimator::Radiometric, unit "",
+        grid [Estimator::Published, Estimator::Radiometric], role Override("RADIOMETRIC");
+        /// Radius within which surfaces count; 0 for all of the screen.
+        radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0, 1.0, 4.0], role Uniform;
+        /// Thickness of everything that is seen, away from the eye, wherever it is.
+        thickness: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.1, 0.25, 0.5, 1.0], role Uniform;
+        /// What distance adds to the thickness, for each unit of depth: it has no unit, so the default suits scenes of any size.
+        thickness_slope: f32 = 0.03, in 0.0..=10.0, unit "1", grid [0.0, 0.03], role Uniform;
+        /// Slices of the hemisphere: noise falls with their square root, cost rises with them.
+        slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override("SLICES");
+        /// Steps on each side of a slice.
+        steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override("STEPS");
+        /// How steps are spread: constant, or exponential with more of them nearby.
+        spacing: Spacing = Spacing::Exponential, unit "",
+        grid [Spacing::Constant, Spacing::Exponential], role Override("SPACING");
+        /// Whether steps start at random within their stride; otherwise in its middle, which shows as bands.
+        jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override("JITTER");
+        /// Sectors of a slice: few show as bands, many cost a little.
+        sectors: Sectors = Sectors::S32, unit "", grid [Sectors::S32, Sectors::S128], role Plan;
+        /// Light of the environment: from the normal, from the bent normal, or from directions through open sectors.
+        ambient: Ambient = Ambient::Bitmask, unit "",
+        grid [Ambient::Normal, Ambient::BentNormal, Ambient::Bitmask], role Override("AMBIENT");
+        /// Resolution of the gather: half costs a quarter and blurs.
+        resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
+        /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.
+        denoise: u32 = 1, in 0..=4, unit "1", grid [0, 1, 2], role Plan;
+        /// Largest albedo with which light of the frame before is reflected again, for several bounces; 0 for one bounce.
+        feedback: f32 = 0.0, in 0.0..=0.95, unit "1", grid [0.0, 0.9], role Plan;
+        /// Share a of the frames before in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.
+        temporal_a: f32 = 0.0, in 0.0..=0.999, unit "1", grid [0.0, 0.9], role Plan;
+        /// Storage of light at full resolution where it was gathered at half: float16 has half the bytes and clamps at 65,504.
+        storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
+    }
+}
+
+/// See the module.
+pub const TECHNIQUE: Technique = Technique {
+    name: Bitmask::TECHNIQUE,
+    summary: "screen-space indirect light with a visibility bitmask (Therrien et al. 2023)",
+    parameters: Bitmask::parameters,
+    complete: |settings| Ok(Bitmask::from_settings(settings)?.to_settings()),
+    needs: |_| Ok(GBufferNeeds::NONE),
+    plan,
+};
+
+fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
+    let parameters = Bitmask::from_settings(settings)?;
+    let lit = parameters.finds == Finds::Light;
+    let sectors = parameters.sectors.count();
+    let mut constants = parameters.constants();
+    constants
+        .extend([("SECTORS", f64::from(sectors)), ("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0)))]);
+    let feedback = Feedback::plan(plan, inputs, if lit { parameters.feedback } else { 0.0 });
+    let gather = SliceGather {
+        technique: Bitmask::TECHNIQUE,
+        shader: "bitmask/gather",
+        features: &[("light", lit), ("wide", sectors > 32)],
+        constants: &constants,
+        finds: parameters.finds,
+        radius: parameters.radius,
+        resolution: parameters.resolution,
+        denoise: parameters.denoise,
+        storage: parameters.storage,
+    };
+    let source = Inputs { direct: feedback.as_ref().map_or(inputs.direct, |feedback| feedback.source), ..*inputs };
+    let light = gather.plan(plan, &source, |pass| {
+        pass.param("thickness", parameters.thickness).param("thickness_slope", parameters.thickness_slope)
+    });
+    let light = temporal_filter(plan, inputs, light, parameters.temporal_a);
+    if let (Some(feedback), Some(light)) = (feedback, light) {
+        feedback.remember(plan, inputs, light);
+    }
+    Ok(light)
+}

@@ -1,0 +1,61 @@
+//! Every pixel sums over every pixel: the screen-space sum without hierarchy or sampling.
+
+use wgpu::TextureFormat as Format;
+
+use crate::hierarchical::FormFactor;
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    parameters,
+    parameters::{Settings, SettingsError},
+};
+
+parameters! {
+    /// Parameters of the exhaustive sum.
+    pub struct Exhaustive("exhaustive") {
+        /// Form factor between receiver and source: eq3 between points, unbounded; eq4 from point to disc.
+        form_factor: FormFactor = FormFactor::PointToDisc, unit "", grid [FormFactor::PointToDisc],
+        role Override("POINT_TO_DISC");
+    }
+}
+
+/// See the module.
+pub const TECHNIQUE: Technique = Technique {
+    name: Exhaustive::TECHNIQUE,
+    summary: "every pixel sums over every pixel (Soler 2009, Equation 1 with 4): slow, without sampling or hierarchy",
+    parameters: Exhaustive::parameters,
+    complete: |settings| Ok(Exhaustive::from_settings(settings)?.to_settings()),
+    needs: |_| Ok(GBufferNeeds::NONE),
+    plan,
+};
+
+/// Pairs of pixels in one pass: about half a second on two processor cores, short enough for a
+/// browser's watchdog on a GPU.
+const PAIRS_A_PASS: u64 = 1 << 27;
+
+fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
+    let parameters = Exhaustive::from_settings(settings)?;
+    let size = plan.display_size;
+    let [width, height] = size;
+    let pairs_a_row = u64::from(width) * u64::from(width) * u64::from(height);
+    let rows = (PAIRS_A_PASS / pairs_a_row).clamp(1, u64::from(height)) as u32;
+    // Passes alternate between two textures, because none may read what it writes.
+    let sums = [0, 1].map(|i| plan.texture(format!("sum_{i}"), size, Format::Rgba32Float, "sum over the rows so far"));
+    let mut written = sums[0];
+    for (index, first_row) in (0..height).step_by(rows as usize).enumerate() {
+        let (partial, sum) = (sums[(index + 1) % 2], sums[index % 2]);
+        plan.pass(Part::Technique, format!("exhaustive_{index}"), "exhaustive/exhaustive")
+            .constants(&parameters.constants())
+            .param("first_row", first_row)
+            .param("end_row", (first_row + rows).min(height))
+            .bind("depth", inputs.depth)
+            .bind("normal", inputs.normal)
+            .bind("direct", inputs.direct)
+            .bind("partial_sum", partial)
+            .bind("indirect", sum)
+            .because("every pixel sums over these rows")
+            .over(size);
+        written = sum;
+    }
+    Ok(Some(written))
+}

@@ -1,0 +1,128 @@
+//! Bounces after the first (Soler & Hoel 2010): each one gathers the light of the one before it, reflected once. Depth,
+//! normals and voxels stay; only the radiance of the surfels is made anew.
+
+use wgpu::TextureFormat as Format;
+
+use super::gather::{Gather, Light};
+use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_renderer::gi::{Inputs, ReceiveOnlyInputs, resolution::Level};
+
+/// Plans the bounces after the first and returns the sum of all, at the resolution of level 0; `first` is the light of
+/// the first one.
+pub(super) fn plan_bounces(plan: &mut FramePlan, inputs: &Inputs, gather: &Gather, first: ResourceId) -> ResourceId {
+    let bounces = gather.parameters.bounces;
+    if bounces < 2 {
+        return first;
+    }
+    let start = &gather.levels[0];
+    let albedo = plan_albedo(plan, inputs, start);
+    let (mut light, mut total) = (first, first);
+    for bounce in 2..=bounces {
+        let surfels = relight(plan, gather, albedo, light, bounce, false);
+        let Some(next) = gather.light(plan, Light::Bounce(bounce), &surfels) else { return total };
+        light = next;
+        let turn = bounce % 2;
+        let sum =
+            plan.texture_again(format!("sum_{turn}"), start.size, Format::Rgba32Float, "light of all bounces so far");
+        plan.pass(Part::Technique, format!("sum_bounce_{bounce}"), "hierarchical/sum")
+            .bind("light", light)
+            .bind("so_far", total)
+            .bind("sum", sum)
+            .because("bounces add up")
+            .over(start.size);
+        total = sum;
+    }
+    total
+}
+
+/// Plans two bounces that take turns from frame to frame, at the price of one, and returns their sum at the resolution of
+/// level 0 (2010, section 5.3); `None` where no level 0 gathers. A bounce stays for one frame more, on the surfaces that the next frame
+/// finds again: what comes into view, and the first frame, lack the other bounce.
+pub(super) fn plan_interleaved(plan: &mut FramePlan, inputs: &Inputs, gather: &Gather) -> Option<ResourceId> {
+    let start = &gather.levels[0];
+    let kept = plan.history("bounce", start.size, Format::Rgba32Uint, "the bounce that the other frames gather");
+    let recalled = plan.texture("recalled_bounce", start.size, Format::Rgba32Float, "the bounce of the frame before");
+    let features = [("moving", inputs.motion.is_some())];
+    let mut pass = plan
+        .pass(Part::Technique, "recall_bounce", variant("hierarchical/recall", &features))
+        .param("scale", start.scale as f32)
+        .bind("surfels", start.surfels)
+        .bind("bounce_before", kept.before)
+        .bind("recalled", recalled)
+        .because("two bounces take turns");
+    if let Some(motion) = inputs.motion {
+        pass = pass.bind("object", motion.object).bind("objects", motion.objects);
+    }
+    pass.over(start.size);
+    let albedo = plan_albedo(plan, inputs, start);
+    let surfels = relight(plan, gather, albedo, recalled, 2, true);
+    let light = gather.light(plan, Light::Bounce(1), &surfels)?;
+    let both = plan.texture("both_bounces", start.size, Format::Rgba32Float, "light of this bounce and the other one");
+    let mut pass = plan
+        .pass(Part::Technique, "interleave_bounces", variant("hierarchical/interleave", &features))
+        .bind("surfels", start.surfels)
+        .bind("light", light)
+        .bind("recalled", recalled)
+        .bind("bounce", kept.now)
+        .bind("both", both)
+        .because("bounces add up");
+    if let Some(motion) = inputs.motion {
+        pass = pass.param("scale", start.scale as f32).bind("object", motion.object);
+    }
+    pass.over(start.size);
+    Some(both)
+}
+
+/// Reflectance of the surfels of level 0.
+fn plan_albedo(plan: &mut FramePlan, inputs: &Inputs, start: &Level) -> ResourceId {
+    let albedo =
+        plan.texture("albedo_of_surfels", start.size, Format::Rgba16Float, "reflects one bounce into the next");
+    let shader = variant("hierarchical/albedo", &[("receive_only", inputs.receive_only.is_some())]);
+    let mut pass = plan
+        .pass(Part::Technique, "albedo_of_surfels", shader)
+        .param("scale", start.scale as f32)
+        .bind("surfels", start.surfels)
+        .bind("depth", inputs.depth)
+        .bind("normal", inputs.normal)
+        .bind("albedo", inputs.albedo)
+        .bind("surfel_albedo", albedo)
+        .because("several bounces");
+    if let Some(ReceiveOnlyInputs { material, flags }) = inputs.receive_only {
+        pass = pass.bind("material", material).bind("receive_only", flags);
+    }
+    pass.over(start.size);
+    albedo
+}
+
+/// The surfels once more, sending what they reflect of `light`.
+fn relight(
+    plan: &mut FramePlan,
+    gather: &Gather,
+    albedo: ResourceId,
+    light: ResourceId,
+    bounce: u32,
+    interleaved: bool,
+) -> Vec<ResourceId> {
+    let mut all: Vec<ResourceId> = Vec::new();
+    for level in gather.levels {
+        let relit = plan.texture_again(
+            format!("relit_surfels_{}", level.scale),
+            level.size,
+            Format::Rgba32Uint,
+            "surfaces that send what they reflect",
+        );
+        let shader = variant("hierarchical/relight", &[("finest", all.is_empty()), ("interleaved", interleaved)]);
+        let pass = plan
+            .pass(Part::Technique, Light::Bounce(bounce).pass_name(&format!("relight_{}", level.scale)), shader)
+            .bind("surfels", level.surfels)
+            .bind("relit", relit)
+            .because(format!("bounce {bounce} starts from the light of bounce {}", bounce - 1));
+        match all.last() {
+            None => pass.bind("albedo", albedo).bind("light", light),
+            Some(&children) => pass.param("child_scale", 0.5 * level.scale as f32).bind("children", children),
+        }
+        .over(level.size);
+        all.push(relit);
+    }
+    all
+}

@@ -1,0 +1,155 @@
+//! One gather a level, and the filter that brings the levels together: the same for every bounce and for glossy light.
+
+use wgpu::TextureFormat as Format;
+
+use super::{
+    DiscArea, Hierarchical, VisibilityBounces, covering_radius, ring_radii, upsampling,
+    visibility::{LevelVoxels, Voxels},
+};
+use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_renderer::gi::resolution::Level;
+
+/// What the gathers of all bounces share.
+pub(super) struct Gather<'a> {
+    pub(super) parameters: &'a Hierarchical,
+    pub(super) levels: &'a [Level],
+    /// The one level that gathers, where the others are left out.
+    pub(super) only: Option<u32>,
+    pub(super) voxels: Option<&'a Voxels>,
+    /// Materials of the pixels, where the light is glossy.
+    pub(super) material: Option<ResourceId>,
+    /// Distance beyond which the first bounce comes from the lights' views, scene units.
+    pub(super) border: Option<f32>,
+}
+
+/// What a gather finds.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Light {
+    /// Diffuse light of this bounce, from 1.
+    Bounce(u32),
+    /// What glossy surfaces send on of the first bounce's light.
+    Glossy,
+}
+
+impl Light {
+    /// Passes of the first bounce have plain names.
+    pub(super) fn pass_name(self, name: &str) -> String {
+        match self {
+            Self::Bounce(1) => name.into(),
+            Self::Bounce(bounce) => format!("{name}_bounce_{bounce}"),
+            Self::Glossy => format!("{name}_glossy"),
+        }
+    }
+
+    /// Streams of random numbers are counted level by level, bounce by bounce; glossy light comes after all.
+    fn stream(self, k: usize) -> u32 {
+        let turn = if let Self::Bounce(bounce) = self { bounce - 1 } else { MAX_BOUNCES };
+        turn * MAX_LEVELS + k as u32
+    }
+}
+
+/// The most levels and bounces that there are.
+const MAX_LEVELS: u32 = 8;
+const MAX_BOUNCES: u32 = 8;
+
+impl Gather<'_> {
+    /// Gathers from these surfels, one texture a level, and combines the levels: light at the resolution of level 0.
+    ///
+    /// Bounces write the same textures by turns. Two bounces on end must not share the one of level 0, because the
+    /// second one starts from the light of the first.
+    pub(super) fn light(&self, plan: &mut FramePlan, light: Light, surfels: &[ResourceId]) -> Option<ResourceId> {
+        let Self { parameters, levels, only, .. } = *self;
+        let texture = |plan: &mut FramePlan, name: &str, k: usize, reason: &str| {
+            let turn = match light {
+                Light::Bounce(bounce) if k == 0 && bounce.is_multiple_of(2) => "_of_even_bounces",
+                Light::Glossy if k == 0 => "_of_glossy",
+                _ => "",
+            };
+            plan.texture_again(format!("{name}_{k}{turn}"), levels[k].size, Format::Rgba32Float, reason)
+        };
+        let mut gathered = Vec::new();
+        for (k, &sources) in surfels.iter().enumerate() {
+            let wanted = only.is_none_or(|only| only == k as u32);
+            gathered.push(wanted.then(|| {
+                let gathered = texture(plan, "gathered", k, "light that the ring of this level sends");
+                self.level(plan, light, k, sources, gathered);
+                gathered
+            }));
+        }
+        // Coarsest first.
+        let mut indirect = None;
+        for (k, level) in levels.iter().enumerate().rev() {
+            let own = gathered[k];
+            indirect = match (indirect, own) {
+                (None, own) => own.map(|own| (k, own)),
+                (Some((coarse, coarse_light)), own) => {
+                    let combined = texture(plan, "combined", k, "light of this level and all coarser ones");
+                    let name = light.pass_name(&format!("combine_{k}"));
+                    upsampling(parameters)
+                        .pass(plan, name, "hierarchical/upsample", &levels[coarse], level.scale)
+                        .constants(&[("GATHERED", f64::from(u8::from(own.is_some())))])
+                        .bind("coarse_indirect", coarse_light)
+                        .bind("surfels", level.surfels)
+                        // A level that gathered nothing binds any texture of the right kind; it is not read.
+                        .bind("gathered", own.unwrap_or(coarse_light))
+                        .bind("indirect", combined)
+                        .because(format!("adds the light of level {coarse} to level {k}"))
+                        .over(levels[coarse].size);
+                    Some((k, combined))
+                }
+            };
+        }
+        match indirect {
+            Some((0, light)) => Some(light),
+            _ => None,
+        }
+    }
+
+    /// One level's ring.
+    fn level(&self, plan: &mut FramePlan, light: Light, k: usize, surfels: ResourceId, gathered: ResourceId) {
+        let Self { parameters, levels, .. } = *self;
+        let level = &levels[k];
+        let radius = if parameters.radius > 0.0 {
+            parameters.radius
+        } else {
+            covering_radius(parameters.ring, parameters.levels, levels[0].size)
+        };
+        let [inner, outer] = ring_radii(parameters.ring, radius, k as u32);
+        // Texels that one sample stands for: its share of the ring.
+        let texels = std::f32::consts::PI * (outer * outer - inner * inner) / parameters.samples as f32;
+        let texel_area = (level.scale * level.scale) as f32;
+        let (disc_area, discs) = match parameters.disc_area {
+            DiscArea::Sample => (texels * texel_area, 1.0),
+            DiscArea::Texel => (texel_area, texels),
+        };
+        let tested = !matches!(light, Light::Bounce(2..)) || parameters.visibility_bounces == VisibilityBounces::All;
+        let voxels = self.voxels.filter(|_| tested).map(|voxels| voxels.level(k));
+        let material =
+            self.material.map(|material| (material, plan.scene_buffer("scene.materials", "glossy materials")));
+        let border = self.border.filter(|_| light == Light::Bounce(1));
+        let features = [("visibility", voxels.is_some()), ("glossy", material.is_some()), ("near", border.is_some())];
+        let mut pass = plan
+            .pass(Part::Technique, light.pass_name(&format!("gather_{k}")), variant("hierarchical/gather", &features))
+            .constants(&parameters.constants())
+            .constants(&[("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0)))])
+            .param("scale", level.scale as f32)
+            .param("inner_square", inner * inner)
+            .param("outer_square", outer * outer)
+            .param("disc_area", disc_area)
+            .param("discs", discs)
+            .param("level", light.stream(k))
+            .bind("surfels", surfels)
+            .bind("gathered", gathered)
+            .because(format!("ring of {inner:.1} to {outer:.1} texels of {0}x{0} pixels", level.scale));
+        if let Some(border) = border {
+            pass = pass.param("border", border);
+        }
+        if let Some(LevelVoxels { voxels, depth_range }) = voxels {
+            pass = pass.bind("voxels", voxels).bind("depth_range", depth_range);
+        }
+        if let Some((material, materials)) = material {
+            pass = pass.bind("material", material).bind("materials", materials);
+        }
+        pass.over(level.size);
+    }
+}

@@ -1,0 +1,93 @@
+//! The hierarchical gather in the lights' views: first-bounce light of whatever the lights light, on the screen or not.
+
+use wgpu::TextureFormat as Format;
+
+use super::{Hierarchical, LightVisibility, covering_radius, ring_radii};
+use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_renderer::{
+    gi::{
+        Inputs,
+        emitters::{EmitterPoints, plan_emitter_points},
+        resolution::Level,
+        rsm::{LightPyramid, plan_light_pyramid},
+        scene_voxels::plan_scene_voxels,
+    },
+    parameters::SettingsError,
+};
+
+/// Plans the gather from the lights' views at the resolution of `level`, and adds `near`, the screen's light of what is
+/// closer than `border` (scene units); without `near`, the lights' views send from any distance. `None` where there
+/// is no light.
+pub(super) fn plan_light_from_lights(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    parameters: &Hierarchical,
+    level: &Level,
+    only: Option<u32>,
+    near: Option<(ResourceId, f32)>,
+) -> Result<Option<ResourceId>, SettingsError> {
+    let technique = Hierarchical::TECHNIQUE;
+    let size = parameters.light_view_size.next_multiple_of(1 << (parameters.levels - 1));
+    let [first, end] = only.map_or([0, parameters.levels], |only| [only, only + 1]);
+    let pyramid = plan_light_pyramid(plan, inputs, technique, size, end)?;
+    // Emitters have no levels: the finest one brings them.
+    let emitters = inputs.scene.filter(|_| !inputs.emitters().is_empty() && first == 0).map(|scene| {
+        let points = parameters.samples;
+        let mut buffer = |name: &str, reason: &str| plan.buffer(name, 2 * u64::from(points) * 16, reason);
+        let places = buffer("emitter_places", "where points of emitters are");
+        let lights = buffer("emitter_lights", "what they send");
+        let to = EmitterPoints { places, lights, first: 0, points };
+        plan_emitter_points(plan, scene, &to, None);
+        to
+    });
+    if pyramid.is_none() && emitters.is_none() {
+        return Ok(near.map(|(light, _)| light));
+    }
+    let views = pyramid.as_ref().map_or(1, |pyramid| pyramid.views);
+    let voxels = inputs
+        .scene
+        .filter(|_| parameters.light_visibility == LightVisibility::Cubes)
+        .map(|scene| plan_scene_voxels(plan, scene, parameters.voxel_resolution));
+    let radius = covering_radius(parameters.ring, parameters.levels, [size; 2]);
+    let [inner, outer] = ring_radii(parameters.ring, radius, 1);
+    let gathered =
+        plan.texture("gathered_from_lights", level.size, Format::Rgba32Float, "light of what the lights see");
+    let features = [
+        ("visibility", voxels.is_some()),
+        ("near", near.is_some()),
+        ("lit", pyramid.is_some()),
+        ("emitters", emitters.is_some()),
+    ];
+    let mut pass = plan
+        .pass(Part::Technique, "gather_lights", variant("hierarchical/gather_lights", &features))
+        .constants(&parameters.constants())
+        .constants(&[
+            // Views share out the samples among them.
+            ("LIGHT_SAMPLES", f64::from(parameters.samples.div_ceil(views))),
+            ("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0))),
+        ])
+        .param("scale", level.scale as f32)
+        .param("size", size)
+        .param("views", views)
+        .param("first_level", first)
+        .param("end_level", end)
+        .param("inner_square", inner * inner)
+        .param("outer_square", outer * outer)
+        .param("border", near.map_or(0.0, |(_, border)| border))
+        .bind("surfels", level.surfels)
+        .bind("gathered", gathered);
+    if let Some(LightPyramid { texels, projections, .. }) = pyramid {
+        pass = pass.bind("light_pyramid", texels).bind("light_projections", projections);
+    }
+    if let Some(EmitterPoints { places, lights, .. }) = emitters {
+        pass = pass.bind("emitter_places", places).bind("emitter_lights", lights);
+    }
+    if let Some(voxels) = voxels {
+        pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
+    }
+    if let Some((light, _)) = near {
+        pass = pass.bind("near_light", light);
+    }
+    pass.because("light of what the lights see, on the screen or not").over(level.size);
+    Ok(Some(gathered))
+}

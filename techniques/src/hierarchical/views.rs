@@ -1,0 +1,40 @@
+//! Further views that gather light which the display's camera does not see (Soler et al. 2009, Figure 9).
+
+use wgpu::TextureFormat as Format;
+
+use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_renderer::{gi::Inputs, parameters::SettingsError};
+
+/// Gathers in each further view of the plan, too, by `gather`, and keeps for each pixel the most that any view found on
+/// its surface; `light` (at full resolution) is what the display's found.
+pub(super) fn keep_the_most(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    light: Option<ResourceId>,
+    gather: impl Fn(&mut FramePlan, &Inputs) -> Result<Option<ResourceId>, SettingsError>,
+) -> Result<Option<ResourceId>, SettingsError> {
+    let Some(mut light) = light else { return Ok(None) };
+    for extra in inputs.extra_views {
+        let view = plan.views[extra.view].clone();
+        let other = extra.inputs(inputs);
+        let Some(other_light) = plan.from_view(extra.view, |plan| gather(plan, &other))? else { continue };
+        let size = plan.display_size;
+        let half = plan.resources[light.0].format() == Some(Format::Rgba16Float);
+        let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
+        let most = plan.texture(format!("most_with_{}", view.name), size, format, "the most that any view found");
+        plan.pass(Part::Technique, format!("merge_{}", view.name), variant("views/merge", &[("float16", half)]))
+            .param("world_to_other", view.world_to_view)
+            .param("other_tan_half_fov", view.tan_half_fov)
+            .bind("depth", inputs.depth)
+            .bind("normal", inputs.normal)
+            .bind("light", light)
+            .bind("other_depth", other.depth)
+            .bind("other_normal", other.normal)
+            .bind("other_light", other_light)
+            .bind("most", most)
+            .because("an extra camera sees light that the display's does not")
+            .over(size);
+        light = most;
+    }
+    Ok(Some(light))
+}

@@ -1,0 +1,183 @@
+//! The voxel grid that tells what stands between a surface and its source (Soler & Hoel 2010).
+
+use wgpu::TextureFormat as Format;
+
+use super::{Hierarchical, Visibility};
+use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId, variant};
+use halflight_renderer::{
+    gi::{Inputs, resolution::Level},
+    parameters::SettingsError,
+    scene::{SceneFacts, triangles},
+};
+
+/// Slices of depth: bits of a column.
+pub const SLICES: u32 = 128;
+
+/// Twin of `SQUARE` in `hierarchical/depth_range.wgsl`: width of what one invocation looks at, texels.
+const DEPTH_RANGE_SQUARE: u32 = 8;
+
+/// The grids of all levels.
+pub(super) struct Voxels {
+    levels: Vec<ResourceId>,
+    depth_range: ResourceId,
+}
+
+/// What a gather reads of one level.
+#[derive(Clone, Copy)]
+pub(super) struct LevelVoxels {
+    pub(super) voxels: ResourceId,
+    pub(super) depth_range: ResourceId,
+}
+
+impl Voxels {
+    pub(super) fn level(&self, k: usize) -> LevelVoxels {
+        LevelVoxels { voxels: self.levels[k], depth_range: self.depth_range }
+    }
+}
+
+/// Plans the grids of these levels; `None` where visibility is off.
+pub(super) fn plan_voxels(
+    plan: &mut FramePlan,
+    inputs: &Inputs,
+    parameters: &Hierarchical,
+    levels: &[Level],
+) -> Result<Option<Voxels>, SettingsError> {
+    if parameters.visibility == Visibility::Off {
+        return Ok(None);
+    }
+    let Some(scene) = inputs.scene else {
+        return Err(SettingsError(
+            "hierarchical.visibility needs the scene's triangles and only textures were given: \
+             set it to off, or plan with the facts of a scene"
+                .into(),
+        ));
+    };
+    let depth_range = plan.buffer("depth_range", 8, "what the slices of the voxels span");
+    plan.pass(Part::Technique, "depth_range", "hierarchical/depth_range")
+        .clear(depth_range)
+        .bind("surfels", levels[0].surfels)
+        .bind("depth_range", depth_range)
+        .because("slices reach from the nearest to the farthest visible surface")
+        .over(levels[0].size.map(|v| v.div_ceil(DEPTH_RANGE_SQUARE)));
+    let columns = plan_columns(plan, scene, &levels[0], parameters.visibility, depth_range);
+    let mut grids: Vec<ResourceId> = Vec::new();
+    for level in levels {
+        let name = format!("voxels_{}", level.scale);
+        let reason = format!("{SLICES} slices for each square of {} pixels", level.scale);
+        let voxels = plan.texture_array(&name, level.size, SLICES / u32::BITS, Format::R32Uint, reason);
+        let pass = match grids.last() {
+            None => plan
+                .pass(Part::Technique, &name, "hierarchical/voxel_pyramid+finest")
+                .bind("columns", columns)
+                .because("rays read textures"),
+            Some(&children) => plan
+                .pass(Part::Technique, &name, "hierarchical/voxel_pyramid")
+                .constants(&parameters.constants())
+                .bind("children", children)
+                .because("rays of a level stay in its own grid"),
+        };
+        pass.bind("voxels", voxels).over(level.size);
+        grids.push(voxels);
+    }
+    Ok(Some(Voxels { levels: grids, depth_range }))
+}
+
+/// What one raster pass draws into the grid.
+struct Raster {
+    name: &'static str,
+    triangles: &'static str,
+    solid: bool,
+    cut_outs: bool,
+    reason: &'static str,
+}
+
+/// The raster passes of a scene. Only meshes with cut-outs look them up: where few fragments of a triangle are in the
+/// grid, that takes longer than everything else about them.
+fn rasters(scene: &SceneFacts, visibility: Visibility) -> Vec<Raster> {
+    let solid = |triangles, cut_outs| Raster {
+        name: "voxelize_solid",
+        triangles,
+        solid: true,
+        cut_outs,
+        reason: "meshes as solid matter",
+    };
+    let surfaces = |triangles| Raster {
+        name: "voxelize_surfaces",
+        triangles,
+        solid: false,
+        cut_outs: false,
+        reason: "meshes as surfaces",
+    };
+    let cut_outs = Raster {
+        name: "voxelize_cut_outs",
+        triangles: triangles::ALPHA_TESTED,
+        solid: false,
+        cut_outs: true,
+        reason: "meshes with cut-outs, as surfaces",
+    };
+    let cut_outs = scene.needs.alpha_tested.then_some(cut_outs);
+    let whole = match visibility {
+        Visibility::Solid => return vec![solid(triangles::ALL, scene.needs.alpha_tested)],
+        Visibility::Surface | Visibility::Off if cut_outs.is_none() => vec![surfaces(triangles::ALL)],
+        Visibility::Surface | Visibility::Off => {
+            let any = scene.open_meshes() || scene.solid_meshes();
+            any.then(|| surfaces(triangles::OPAQUE)).into_iter().collect()
+        }
+        Visibility::Auto => {
+            // Flipping slices has to come first: setting them is the last word. An empty scene has one pass that draws
+            // nothing, to clear the grid.
+            let open = scene.open_meshes() || !scene.solid_meshes() && cut_outs.is_none();
+            let both =
+                [scene.solid_meshes().then(|| solid(triangles::SOLID, false)), open.then(|| surfaces(triangles::OPEN))];
+            both.into_iter().flatten().collect()
+        }
+    };
+    whole.into_iter().chain(cut_outs).collect()
+}
+
+/// The finest grid as the raster passes write it.
+fn plan_columns(
+    plan: &mut FramePlan,
+    scene: &SceneFacts,
+    level: &Level,
+    visibility: Visibility,
+    depth_range: ResourceId,
+) -> ResourceId {
+    let [width, height] = level.size;
+    let bytes = u64::from(width) * u64::from(height) * u64::from(SLICES / 8);
+    let columns = plan.buffer("columns", bytes, "voxels while triangles are drawn into them");
+    let target = plan.texture("voxel_target", level.size, Gpu::DEPTH_FORMAT, "gives the pass its size");
+    let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
+    let objects = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let mut first = true;
+    for Raster { name, triangles, solid, cut_outs: alpha_tested, reason } in rasters(scene, visibility) {
+        let cut_outs = alpha_tested.then(|| {
+            ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"))
+        });
+        let mut pass = plan
+            .pass(
+                Part::Technique,
+                name,
+                variant("hierarchical/voxelize", &[("alpha_tested", alpha_tested), ("moving", scene.moving())]),
+            )
+            .constants(&[("SOLID", f64::from(u8::from(solid)))])
+            .param("grid", level.size.map(|v| v as f32))
+            .param("scale", level.scale as f32)
+            .bind("vertices", vertices)
+            .bind("depth_range", depth_range)
+            .bind("columns", columns)
+            .because(reason);
+        if first {
+            pass = pass.clear(columns);
+        }
+        if let Some([materials, texels]) = cut_outs {
+            pass = pass.bind("materials", materials).bind("texels", texels);
+        }
+        if let Some(objects) = objects {
+            pass = pass.bind("objects", objects);
+        }
+        pass.voxelize(target, triangles);
+        first = false;
+    }
+    columns
+}

@@ -1,0 +1,59 @@
+//! Horizon-based indirect lighting (Mayaux 2018): a sample above the horizon so far lights the receiver through the angle
+//! between the two. The baseline of the visibility bitmask for light: the same slices and steps over a height field.
+
+use halflight_frame_graph::{FramePlan, ResourceId};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    gi::{Finds, Resolution, Spacing, Storage, Switch, slices::SliceGather},
+    parameters,
+    parameters::{Settings, SettingsError},
+};
+
+parameters! {
+    /// Parameters of horizon-based indirect lighting.
+    pub struct Horizon("horizon") {
+        /// Radius within which surfaces count; 0 for all of the screen.
+        radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0, 1.0, 4.0], role Uniform;
+        /// Slices of the hemisphere: noise falls with their square root, cost rises with them.
+        slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override("SLICES");
+        /// Steps on each side of a slice.
+        steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override("STEPS");
+        /// How steps are spread: constant, or exponential with more of them nearby.
+        spacing: Spacing = Spacing::Exponential, unit "",
+        grid [Spacing::Constant, Spacing::Exponential], role Override("SPACING");
+        /// Whether steps start at random within their stride; otherwise in its middle, which shows as bands.
+        jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override("JITTER");
+        /// Resolution of the gather: half costs a quarter and blurs.
+        resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
+        /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.
+        denoise: u32 = 1, in 0..=4, unit "1", grid [0, 1, 2], role Plan;
+        /// Storage of light at full resolution where it was gathered at half: float16 has half the bytes and clamps at 65,504.
+        storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
+    }
+}
+
+/// See the module.
+pub const TECHNIQUE: Technique = Technique {
+    name: Horizon::TECHNIQUE,
+    summary: "indirect light between successive horizons (HBIL, Mayaux 2018)",
+    parameters: Horizon::parameters,
+    complete: |settings| Ok(Horizon::from_settings(settings)?.to_settings()),
+    needs: |_| Ok(GBufferNeeds::NONE),
+    plan,
+};
+
+fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
+    let parameters = Horizon::from_settings(settings)?;
+    let gather = SliceGather {
+        technique: Horizon::TECHNIQUE,
+        shader: "horizon/gather",
+        features: &[],
+        constants: &parameters.constants(),
+        finds: Finds::Light,
+        radius: parameters.radius,
+        resolution: parameters.resolution,
+        denoise: parameters.denoise,
+        storage: parameters.storage,
+    };
+    Ok(gather.plan(plan, inputs, |pass| pass))
+}

@@ -1,0 +1,290 @@
+//! Screen space and light space together (Lambru et al.): light from nearby comes from what the camera sees, light from
+//! farther away from what the lights see, on the screen or not; light in mirror directions and openness from both.
+
+mod openness;
+mod patterns;
+mod specular;
+
+use wgpu::TextureFormat as Format;
+
+use self::{
+    openness::{Openness, attenuated},
+    patterns::Patterns,
+    specular::Specular,
+};
+use halflight_frame_graph::{FramePlan, Part, PassBuilder, ResourceId, variant};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    choice,
+    gi::{
+        Sources, StartResolution, Storage, Switch, UpsamplingKernel,
+        resolution::{Level, Upsampling, pyramid, to_display},
+        rsm::{LightMaps, VirtualLights, plan_light_maps, plan_virtual_lights},
+        scene_voxels::{SceneVoxels, plan_scene_voxels},
+        temporal::{temporal_filter, temporal_filter_of_gloss},
+        translucency::Translucency,
+    },
+    parameters,
+    parameters::{Settings, SettingsError},
+    scene::ShadowLayer,
+};
+
+choice! {
+    /// Where samples are and what they weigh.
+    pub enum Weighting {
+        /// Absolute units: nearby every sample as the screen area that it stands for, farther away lights chosen by what they bring.
+        Radiometric = "radiometric",
+        /// Absolute units by the paper's patterns: each sample as the area of its share of the pattern.
+        Pattern = "pattern",
+        /// Patterns and weights as printed: a mean without units, made brighter by one intensity.
+        Published = "published",
+    }
+}
+
+choice! {
+    /// Views that are asked.
+    pub enum Views {
+        /// None.
+        Off = "off",
+        /// The screen alone.
+        Screen = "screen",
+        /// The screen and the lights' views.
+        Both = "both",
+    }
+}
+
+parameters! {
+    /// Parameters of the hybrid technique.
+    pub struct Hybrid("hybrid") {
+        /// Where light comes from: both, nearby from the screen and otherwise from what the lights see; screen or lights alone.
+        sources: Sources = Sources::Both, unit "", grid [Sources::Both, Sources::Screen, Sources::Lights], role Plan;
+        /// Samples and weights: radiometric, absolute, lights chosen by what they bring; pattern, absolute, by the paper's patterns; published, patterns and weights as printed, without units.
+        weighting: Weighting = Weighting::Radiometric, unit "",
+        grid [Weighting::Radiometric, Weighting::Pattern, Weighting::Published], role Plan;
+        /// Resolution of the gather: its cost falls with the square, detail of nearby light with it.
+        start_resolution: StartResolution = StartResolution::Quarter, unit "",
+        grid [StartResolution::Half, StartResolution::Quarter], role Plan;
+        /// Least weight of coarse texels that show a pixel's surface: with less, the pixel's light is gathered anew at full resolution; 0 interpolates everywhere. Patterns always do.
+        recompute_below: f32 = 0.0, in 0.0..=1.0, unit "1", grid [0.0, 0.1, 0.3], role Plan;
+        /// Distance up to which light comes from the screen; 0 takes a thirtieth of the scene's diagonal.
+        radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
+        /// Radius of the large hemisphere, within which patterns look for light of the lights' views; 0 takes ten times the small one's, as published.
+        far_radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Uniform;
+        /// Brightness of the published weighting, which has the unit of one over an area.
+        intensity: f32 = 1.0, in 0.0..=1e9, unit "scene units squared", grid [1.0], role Uniform;
+        /// Samples of the screen for each receiver.
+        screen_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override("NEAR_SAMPLES");
+        /// Virtual lights that each receiver looks at; of patterns, samples of each light.
+        light_samples: u32 = 64, in 1..=1024, unit "1", grid [16, 64, 256], role Plan;
+        /// Virtual lights in all, chosen by what they bring to the picture; receivers share them out among one another.
+        virtual_lights: u32 = 1024, in 1..=16384, unit "1", grid [256, 1024, 4096], role Plan;
+        /// Width and height of each light's view.
+        light_view_size: u32 = 128, in 8..=512, unit "px", grid [64, 128, 256], role Plan;
+        /// Whether light from the lights' views is tested for what stands in between, in a grid of cubes over the whole scene.
+        visibility: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
+        /// Cubes along the longest side of the scene.
+        voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
+        /// Successive virtual lights, or samples of a pattern, that share one ray: the mean stays, the noise of visibility grows, its cost falls.
+        samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
+        /// What glossy materials (Ks, Ns) show in their mirror direction: off; screen, what the camera sees there; both, otherwise what the lights see.
+        specular: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
+        /// Most pixels of the screen, and texels of a light's view, between two steps of the march in the mirror direction: less finds thinner things, cost falls with it.
+        specular_stride: f32 = 2.0, in 1.0..=64.0, unit "px", grid [1.0, 2.0, 4.0], role Uniform;
+        /// Whether directions are drawn from the whole lobe, which leaves noise for a filter over frames; off, as published, all materials show what a mirror would.
+        specular_lobe: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Override("LOBE");
+        /// Openness that attenuates indirect light: off; screen, from what the camera sees; both, from what the lights see as well.
+        ambient_occlusion: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
+        /// Samples of the hemisphere in each view that openness is taken from.
+        occlusion_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Uniform;
+        /// Radius within which surfaces close the hemisphere; 0 takes a thirtieth of the scene's diagonal.
+        occlusion_radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Uniform;
+        /// Whether light from behind passes translucent surfaces, along the lights' views; takes effect where sources has those.
+        translucency: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
+        /// Storage of light at full resolution: float16 has half the bytes and clamps at 65,504.
+        storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
+        /// Share a of the frames before in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.
+        temporal_a: f32 = 0.0, in 0.0..=0.999, unit "1", grid [0.0, 0.9], role Plan;
+    }
+}
+
+/// See the module.
+pub const TECHNIQUE: Technique = Technique {
+    name: Hybrid::TECHNIQUE,
+    summary: "screen space for nearby light, light space for the rest (Lambru et al.)",
+    parameters: Hybrid::parameters,
+    complete: |settings| Ok(Hybrid::from_settings(settings)?.to_settings()),
+    needs: |settings| {
+        let parameters = Hybrid::from_settings(settings)?;
+        let glossy_material = parameters.specular != Views::Off;
+        let translucent_material = parameters.translucency == Switch::On && parameters.sources != Sources::Screen;
+        Ok(GBufferNeeds { glossy_material, translucent_material, ..GBufferNeeds::NONE })
+    },
+    plan,
+};
+
+/// Levels between the receivers of the gather and those that decide which virtual lights matter.
+const IMPORTANCE_LEVELS: u32 = 2;
+
+fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
+    let parameters = Hybrid::from_settings(settings)?;
+    let near = parameters.sources != Sources::Lights;
+    let lit = inputs.may_be_lit();
+    let far = parameters.sources != Sources::Screen && lit;
+    if !near && !far && parameters.ambient_occlusion == Views::Off {
+        return Ok(None);
+    }
+    let chosen = far && parameters.weighting == Weighting::Radiometric;
+    let divisor = parameters.start_resolution.divisor();
+    let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], divisor, if chosen { IMPORTANCE_LEVELS } else { 0 });
+    let (level, coarse) = (&levels[0], &levels[levels.len() - 1]);
+    let radius = inputs.nearby(parameters.radius, Hybrid::TECHNIQUE)?;
+
+    // What the screen tells is found first, and once for all lights.
+    let mut patterns = (parameters.weighting != Weighting::Radiometric && (near || far))
+        .then(|| Patterns::new(plan, inputs, &parameters, level, radius));
+    let mut specular = Specular::new(plan, inputs, &parameters);
+    let mut openness = Openness::new(plan, inputs, &parameters, level)?;
+    // Light from the lights' views is tested for what stands in between, whoever reads it; published weights are as printed.
+    let mirrors = specular.is_some() && parameters.specular == Views::Both && lit;
+    let voxels = inputs.scene.filter(|_| {
+        parameters.visibility == Switch::On
+            && parameters.weighting != Weighting::Published
+            && (chosen || (far || mirrors) && !inputs.shadow_layers().is_empty())
+    });
+    let voxels = voxels.map(|scene| plan_scene_voxels(plan, scene, parameters.voxel_resolution));
+    let mut translucency = Translucency::new(inputs, far && parameters.translucency == Switch::On);
+
+    // Each light's view is drawn, and read by all that look for something in it.
+    let asks = |views: Views| views == Views::Both && lit;
+    let mut look = |plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer| {
+        if let Some(patterns) = patterns.as_mut().filter(|_| far) {
+            patterns.add(plan, maps, index, view, voxels);
+        }
+        if let Some(specular) = specular.as_mut().filter(|_| mirrors) {
+            specular.add(plan, maps, index, view, voxels);
+        }
+        if let Some(openness) = openness.as_mut().filter(|_| asks(parameters.ambient_occlusion)) {
+            openness.add(plan, maps, index, view);
+        }
+        translucency.add(plan, maps, index, view);
+    };
+    let size = parameters.light_view_size;
+    let mut lights = None;
+    if chosen {
+        let count = parameters.virtual_lights;
+        lights = plan_virtual_lights(plan, inputs, Hybrid::TECHNIQUE, size, count, coarse, look)?;
+    } else if far || mirrors || asks(parameters.ambient_occlusion) {
+        plan_light_maps(plan, inputs, Hybrid::TECHNIQUE, size, &mut look)?;
+    }
+
+    translucency.finish(plan);
+    let open = openness.map(|openness| openness.finish(plan, inputs));
+    if let Some((light, material)) = specular.map(|specular| specular.light()) {
+        let light = open.map_or(light, |open| attenuated(plan, light, open, "glossy"));
+        let light = temporal_filter_of_gloss(plan, inputs, light, parameters.temporal_a, material);
+        plan.outputs.insert("glossy", light);
+    }
+    let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
+    let light = match patterns {
+        Some(patterns) => patterns.sum().map(|sum| to_display(plan, inputs, &upsampling, level, sum, "indirect")),
+        None => Gather::new(&parameters, level, radius, lights, voxels).map(|gather| {
+            let gathered = gather.gather(plan);
+            let light = to_display(plan, inputs, &upsampling, level, gathered, "indirect");
+            gather.recompute(plan, inputs, light)
+        }),
+    };
+    let Some(light) = light else { return Ok(None) };
+    let light = open.map_or(light, |open| attenuated(plan, light, open, "indirect"));
+    Ok(temporal_filter(plan, inputs, Some(light), parameters.temporal_a))
+}
+
+/// Values of the shaders' constants.
+fn constants(parameters: &Hybrid) -> Vec<(&'static str, f64)> {
+    let mut constants = parameters.constants();
+    constants.push(("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0))));
+    constants
+}
+
+/// Nearby light from the screen and light from chosen lights.
+struct Gather<'a> {
+    parameters: &'a Hybrid,
+    level: &'a Level,
+    radius: f32,
+    lights: Option<VirtualLights>,
+    voxels: Option<SceneVoxels>,
+}
+
+impl<'a> Gather<'a> {
+    /// `voxels` is the grid of cubes that rays to chosen lights cross; `None` where nothing sends light.
+    fn new(
+        parameters: &'a Hybrid,
+        level: &'a Level,
+        radius: f32,
+        lights: Option<VirtualLights>,
+        voxels: Option<SceneVoxels>,
+    ) -> Option<Self> {
+        if parameters.sources == Sources::Lights && lights.is_none() {
+            return None;
+        }
+        let voxels = voxels.filter(|_| lights.is_some());
+        Some(Self { parameters, level, radius, lights, voxels })
+    }
+
+    fn pass<'p>(&self, plan: &'p mut FramePlan, name: &str, features: &[(&str, bool)]) -> PassBuilder<'p> {
+        let Self { parameters, level, radius, lights, voxels } = self;
+        let own = [
+            ("near", parameters.sources != Sources::Lights),
+            ("far", lights.is_some()),
+            ("visibility", voxels.is_some()),
+        ];
+        let stride = lights.as_ref().map_or(1, |lights| (lights.count / parameters.light_samples).max(1));
+        let mut pass = plan
+            .pass(Part::Technique, name, variant("hybrid/gather", &[&own, features].concat()))
+            .constants(&constants(parameters))
+            .param("scale", level.scale as f32)
+            .param("radius", *radius)
+            .param("virtual_lights", lights.as_ref().map_or(0, |lights| lights.count))
+            .param("stride", stride)
+            .bind("surfels", level.surfels);
+        if let Some(lights) = lights {
+            pass = pass.bind("virtual_lights", lights.lights);
+        }
+        if let Some(voxels) = voxels {
+            pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
+        }
+        pass
+    }
+
+    /// Plans the gather at the start resolution.
+    fn gather(&self, plan: &mut FramePlan) -> ResourceId {
+        let size = self.level.size;
+        let gathered = plan.texture("gathered", size, Format::Rgba32Float, "light at the start resolution");
+        self.pass(plan, "gather", &[])
+            .bind("gathered", gathered)
+            .because("nearby light from the screen, the rest from the lights' views")
+            .over(size);
+        gathered
+    }
+
+    /// Plans the gather of single pixels of the display, where interpolation knows too little of their surfaces; returns
+    /// what it was given where it may know as little as it does, or is none.
+    fn recompute(&self, plan: &mut FramePlan, inputs: &Inputs, interpolated: ResourceId) -> ResourceId {
+        let least = self.parameters.recompute_below;
+        if least <= 0.0 || self.level.scale == 1 {
+            return interpolated;
+        }
+        let half = self.parameters.storage == Storage::Float16;
+        let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
+        let size = plan.display_size;
+        let recomputed = plan.texture("recomputed", size, format, "light, without guesses at edges");
+        self.pass(plan, "recompute", &[("recompute", true), ("float16", half)])
+            .param("least_weight", least)
+            .bind("depth", inputs.depth)
+            .bind("normal", inputs.normal)
+            .bind("interpolated", interpolated)
+            .bind("gathered", recomputed)
+            .because("where coarse texels do not show a pixel's surface, its light is gathered anew")
+            .over(size);
+        recomputed
+    }
+}

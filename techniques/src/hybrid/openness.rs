@@ -1,0 +1,119 @@
+//! Ambient occlusion from the screen and from the lights' views.
+
+use wgpu::TextureFormat as Format;
+
+use super::{Hybrid, Views};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_renderer::{
+    gi::{
+        Inputs, Storage, UpsamplingKernel,
+        resolution::{Level, Upsampling, to_display},
+        rsm::LightMaps,
+        slices::denoised,
+    },
+    parameters::SettingsError,
+    scene::ShadowLayer,
+};
+
+/// Passes of the filter: two average 25 texels, after which 32 samples leave about 2 % of noise.
+const BLUR: u32 = 2;
+
+/// What views tell so far. Passes alternate between two textures, because none may read what it writes.
+pub(super) struct Openness<'a> {
+    parameters: &'a Hybrid,
+    level: &'a Level,
+    radius: f32,
+    views: Vec<ResourceId>,
+    passes: usize,
+}
+
+impl<'a> Openness<'a> {
+    /// Plans the screen's part, once for all lights; nothing where the setting is off.
+    ///
+    /// # Errors
+    /// Where the radius is left open and there is no scene to take it from.
+    pub(super) fn new(
+        plan: &mut FramePlan,
+        inputs: &Inputs,
+        parameters: &'a Hybrid,
+        level: &'a Level,
+    ) -> Result<Option<Self>, SettingsError> {
+        if parameters.ambient_occlusion == Views::Off {
+            return Ok(None);
+        }
+        let radius = inputs.nearby(parameters.occlusion_radius, Hybrid::TECHNIQUE)?;
+        let lights = if parameters.ambient_occlusion == Views::Both { inputs.shadow_layers().len() } else { 0 };
+        let views = (0..(1 + lights).min(2))
+            .map(|i| plan.texture(format!("views_{i}"), level.size, Format::Rg32Float, "what views tell of openness"))
+            .collect();
+        let mut openness = Self { parameters, level, radius, views, passes: 0 };
+        openness.look(plan, None);
+        Ok(Some(openness))
+    }
+
+    /// Plans the part of one light's view.
+    pub(super) fn add(&mut self, plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer) {
+        self.look(plan, Some((maps, index, view)));
+    }
+
+    fn look(&mut self, plan: &mut FramePlan, light: Option<(&LightMaps, usize, &ShadowLayer)>) {
+        let (name, shader, reason) = match light {
+            None => ("occlusion_screen".into(), "hybrid/openness", "points that the screen shows to be open or closed"),
+            Some((_, index, _)) => {
+                (format!("occlusion_{index}"), "hybrid/openness+light", "and those that a light's view does")
+            }
+        };
+        let mut pass = plan
+            .pass(Part::Technique, name, shader)
+            .param("scale", self.level.scale as f32)
+            .param("radius", self.radius)
+            .param("samples", self.parameters.occlusion_samples)
+            .bind("surfels", self.level.surfels)
+            .bind("views", self.views[self.passes % 2])
+            .because(reason);
+        if let Some((maps, _, view)) = light {
+            pass = pass
+                .param("world_to_clip", view.world_to_clip)
+                .bind("place", maps.place)
+                .bind("light", maps.light)
+                .bind("partial_sum", self.views[(self.passes + 1) % 2]);
+        }
+        pass.over(self.level.size);
+        self.passes += 1;
+    }
+
+    /// Plans the mean of all views, its filter and its way to the display, where it is an output, too.
+    pub(super) fn finish(self, plan: &mut FramePlan, inputs: &Inputs) -> ResourceId {
+        let level = self.level;
+        let openness = plan.texture("openness", level.size, Format::R32Float, "openness at the start resolution");
+        plan.pass(Part::Technique, "occlusion", "hybrid/average")
+            .bind("views", self.views[(self.passes + 1) % 2])
+            .bind("openness", openness)
+            .because("the mean of what views tell, weighted by how well they can")
+            .over(level.size);
+        let smooth = denoised(plan, level, openness, BLUR);
+        let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: Storage::Float32 };
+        let open = to_display(plan, inputs, &upsampling, level, smooth, "ambient_occlusion");
+        plan.outputs.insert("ambient_occlusion", open);
+        plan.attributes.insert("ambient_occlusion.radius", self.radius);
+        open
+    }
+}
+
+/// Plans light times openness.
+pub(super) fn attenuated(plan: &mut FramePlan, light: ResourceId, openness: ResourceId, name: &str) -> ResourceId {
+    let size = plan.display_size;
+    let half = plan.resources[light.0].format() == Some(Format::Rgba16Float);
+    let (format, shader) = match half {
+        true => (Format::Rgba16Float, "hybrid/attenuate+float16"),
+        false => (Format::Rgba32Float, "hybrid/attenuate"),
+    };
+    let attenuated = plan.texture(format!("attenuated_{name}"), size, format, format!("{name} light times openness"));
+    plan.pass(Part::Technique, format!("attenuate_{name}"), shader)
+        .bind("light", light)
+        .bind("openness", openness)
+        .bind("attenuated", attenuated)
+        .because("what is closed is lit less")
+        .over(size);
+    attenuated
+}

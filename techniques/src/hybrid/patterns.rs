@@ -1,0 +1,111 @@
+//! Diffuse light by the paper's own patterns: a small hemisphere on the screen, the shell around it in each light's view.
+
+use wgpu::TextureFormat as Format;
+
+use super::{Hybrid, Weighting, constants};
+use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_renderer::gi::Sources;
+use halflight_renderer::{
+    gi::{Inputs, resolution::Level, rsm::LightMaps, scene_voxels::SceneVoxels},
+    scene::ShadowLayer,
+};
+
+/// How much larger the shell of the lights' samples is than the hemisphere of the screen's, where a setting leaves it open:
+/// radii 3 and 30 in the paper.
+pub(super) const SHELL: f32 = 10.0;
+
+/// Sums of light so far. Passes alternate between two textures, because none may read what it writes.
+pub(super) struct Patterns<'a> {
+    parameters: &'a Hybrid,
+    level: &'a Level,
+    radius: f32,
+    weight: f32,
+    sums: Vec<ResourceId>,
+    passes: usize,
+}
+
+impl<'a> Patterns<'a> {
+    /// Plans the screen's part, where it is asked for. `radius` is that of the small hemisphere, scene units.
+    pub(super) fn new(
+        plan: &mut FramePlan,
+        inputs: &Inputs,
+        parameters: &'a Hybrid,
+        level: &'a Level,
+        radius: f32,
+    ) -> Self {
+        let near = parameters.sources != Sources::Lights;
+        let far = parameters.sources != Sources::Screen;
+        let views = if far { inputs.shadow_layers().len() } else { 0 };
+        // Equations 2 and 5: the mean over the samples of all patterns. All faces around a point light share one pattern.
+        let lights = inputs.shadow_layers().last().map_or(0, |view| view.light + 1);
+        let samples = u32::from(near) * parameters.screen_samples + u32::from(far) * lights * parameters.light_samples;
+        let weight = parameters.intensity / samples.max(1) as f32;
+        let textures = (usize::from(near) + views).min(2);
+        let sums = (0..textures)
+            .map(|i| plan.texture(format!("sum_{i}"), level.size, Format::Rgba32Float, "light of the patterns so far"))
+            .collect();
+        let mut patterns = Self { parameters, level, radius, weight, sums, passes: 0 };
+        if near {
+            plan.pass(Part::Technique, "near", variant("hybrid/pattern_near", &[("published", patterns.published())]))
+                .param("scale", level.scale as f32)
+                .param("radius", radius)
+                .param("samples", parameters.screen_samples)
+                .param("weight", weight)
+                .bind("surfels", level.surfels)
+                .bind("gathered", patterns.sums[0])
+                .because("points of a small hemisphere, projected to the screen")
+                .over(level.size);
+            patterns.passes = 1;
+        }
+        patterns
+    }
+
+    fn published(&self) -> bool {
+        self.parameters.weighting == Weighting::Published
+    }
+
+    /// Plans the part of one light's view. Through `voxels`, what stands in between hides.
+    pub(super) fn add(
+        &mut self,
+        plan: &mut FramePlan,
+        maps: &LightMaps,
+        index: usize,
+        view: &ShadowLayer,
+        voxels: Option<SceneVoxels>,
+    ) {
+        let Self { parameters, level, radius, weight, ref sums, passes } = *self;
+        let further = passes > 0;
+        let features = [("published", self.published()), ("further", further), ("visibility", voxels.is_some())];
+        let shader = variant("hybrid/pattern_far", &features);
+        let outer = if parameters.far_radius > 0.0 { parameters.far_radius } else { SHELL * radius };
+        let inner = if parameters.sources == Sources::Lights { 0.0 } else { radius.min(outer) };
+        let mut pass = plan
+            .pass(Part::Technique, format!("rsm_{index}"), shader)
+            .constants(&constants(parameters))
+            .param("world_to_clip", view.world_to_clip)
+            .param("scale", level.scale as f32)
+            .param("inner", inner)
+            .param("outer", outer)
+            .param("samples", parameters.light_samples)
+            .param("weight", weight)
+            .param("light", view.light)
+            .bind("surfels", level.surfels)
+            .bind("place", maps.place)
+            .bind("light", maps.light)
+            .bind("gathered", sums[passes % 2])
+            .because("points of the shell around the small hemisphere, projected into what a light sees");
+        if further {
+            pass = pass.bind("partial_sum", sums[(passes + 1) % 2]);
+        }
+        if let Some(voxels) = voxels {
+            pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
+        }
+        pass.over(level.size);
+        self.passes += 1;
+    }
+
+    /// Where the sum of all patterns is.
+    pub(super) fn sum(&self) -> Option<ResourceId> {
+        self.sums.get((self.passes + 1) % 2).or(self.sums.first()).copied()
+    }
+}

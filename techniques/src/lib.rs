@@ -1,0 +1,79 @@
+//! The techniques: each is one module here and one folder of WGSL, and a line in [`TECHNIQUES`].
+
+pub mod bitmask;
+pub mod exhaustive;
+pub mod gtao;
+pub mod hierarchical;
+pub mod horizon;
+pub mod hybrid;
+pub mod preset;
+pub mod ray_march;
+pub mod rsm;
+pub mod ssao;
+pub mod ssdo;
+
+use halflight_renderer::{
+    DirectLight,
+    gi::{GBufferNeeds, Technique},
+    parameters::{Parameter, Settings, SettingsError},
+};
+
+/// Every technique.
+pub static TECHNIQUES: &[Technique] = &[
+    hierarchical::TECHNIQUE,
+    bitmask::TECHNIQUE,
+    hybrid::TECHNIQUE,
+    gtao::TECHNIQUE,
+    horizon::TECHNIQUE,
+    ray_march::TECHNIQUE,
+    rsm::TECHNIQUE,
+    ssdo::TECHNIQUE,
+    ssao::TECHNIQUE,
+    exhaustive::TECHNIQUE,
+    NONE,
+];
+
+/// No indirect light at all: what every technique has to beat.
+const NONE: Technique = Technique {
+    name: "none",
+    summary: "no indirect light: the error that every technique starts from",
+    parameters: Vec::new,
+    complete: |_| Ok(Settings::new()),
+    needs: |_| Ok(GBufferNeeds::NONE),
+    plan: |_, _, _| Ok(None),
+};
+
+/// The technique of this name.
+///
+/// # Errors
+/// One sentence that suggests the nearest name.
+pub fn technique(name: &str) -> Result<&'static Technique, SettingsError> {
+    TECHNIQUES.iter().find(|technique| technique.name == name).ok_or_else(|| {
+        let names: Vec<&str> = TECHNIQUES.iter().map(|technique| technique.name).collect();
+        let hint = halflight_scenes::nearest_name(name, names.iter().copied())
+            .map_or(String::new(), |near| format!("did you mean {near}? "));
+        SettingsError(format!("no technique is called \"{name}\": {hint}choose one of {}", names.join(", ")))
+    })
+}
+
+/// What any technique with these settings needs of the G-buffer: for a scene whose technique is chosen later.
+///
+/// # Errors
+/// A setting that its declaration does not allow.
+pub fn needs_of_any(settings: &Settings) -> Result<GBufferNeeds, SettingsError> {
+    TECHNIQUES.iter().try_fold(GBufferNeeds::NONE, |all, technique| {
+        let own = (technique.needs)(settings)?;
+        Ok(GBufferNeeds {
+            glossy_material: all.glossy_material || own.glossy_material,
+            translucent_material: all.translucent_material || own.translucent_material,
+            extra_cameras: all.extra_cameras || own.extra_cameras,
+        })
+    })
+}
+
+/// Every parameter that takes effect with a technique: its own and those of direct light.
+pub fn parameters_of(technique: &Technique) -> Vec<Parameter> {
+    let mut all = (technique.parameters)();
+    all.extend(DirectLight::parameters());
+    all
+}

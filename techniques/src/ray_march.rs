@@ -1,0 +1,65 @@
+//! Screen-space ray marching: a few rays a pixel, stepped along the screen until they are behind what is seen. The
+//! baseline of the visibility bitmask for noise (Therrien et al. 2023, Figure 15: 2 rays of 16 steps).
+
+use halflight_frame_graph::{FramePlan, ResourceId};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    gi::{Finds, Resolution, Spacing, Storage, slices::SliceGather},
+    parameters,
+    parameters::{Settings, SettingsError},
+};
+
+parameters! {
+    /// Parameters of ray marching on the screen.
+    pub struct RayMarch("ray-march") {
+        /// What is found: light, or openness alone.
+        finds: Finds = Finds::Light, unit "", grid [Finds::Light, Finds::Occlusion], role Plan;
+        /// Radius within which surfaces count; 0 for all of the screen.
+        radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0, 1.0, 4.0], role Uniform;
+        /// Thickness of everything that is seen, away from the eye, wherever it is.
+        thickness: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.1, 0.25, 0.5, 1.0], role Uniform;
+        /// What distance adds to the thickness, for each unit of depth: it has no unit, so the default suits scenes of any size.
+        thickness_slope: f32 = 0.03, in 0.0..=10.0, unit "1", grid [0.0, 0.03], role Uniform;
+        /// Rays of a pixel: noise falls with their square root, cost rises with them.
+        rays: u32 = 2, in 1..=256, unit "1", grid [1, 2, 4], role Override("RAYS");
+        /// Steps of a ray.
+        steps: u32 = 16, in 1..=256, unit "1", grid [8, 16, 32], role Override("STEPS");
+        /// How steps are spread: constant, or exponential with more of them nearby.
+        spacing: Spacing = Spacing::Exponential, unit "",
+        grid [Spacing::Constant, Spacing::Exponential], role Override("SPACING");
+        /// Resolution of the gather: half costs a quarter and blurs.
+        resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
+        /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.
+        denoise: u32 = 1, in 0..=4, unit "1", grid [0, 1, 2], role Plan;
+        /// Storage of light at full resolution where it was gathered at half: float16 has half the bytes and clamps at 65,504.
+        storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
+    }
+}
+
+/// See the module.
+pub const TECHNIQUE: Technique = Technique {
+    name: RayMarch::TECHNIQUE,
+    summary: "rays marched through the depth buffer (Sousa et al. 2011)",
+    parameters: RayMarch::parameters,
+    complete: |settings| Ok(RayMarch::from_settings(settings)?.to_settings()),
+    needs: |_| Ok(GBufferNeeds::NONE),
+    plan,
+};
+
+fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
+    let parameters = RayMarch::from_settings(settings)?;
+    let gather = SliceGather {
+        technique: RayMarch::TECHNIQUE,
+        shader: "ray-march/march",
+        features: &[("light", parameters.finds == Finds::Light)],
+        constants: &parameters.constants(),
+        finds: parameters.finds,
+        radius: parameters.radius,
+        resolution: parameters.resolution,
+        denoise: parameters.denoise,
+        storage: parameters.storage,
+    };
+    Ok(gather.plan(plan, inputs, |pass| {
+        pass.param("thickness", parameters.thickness).param("thickness_slope", parameters.thickness_slope)
+    }))
+}

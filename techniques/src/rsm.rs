@@ -1,0 +1,86 @@
+//! Reflective shadow maps (Dachsbacher & Stamminger 2005): what each light sees sends light on, sampled around the place
+//! where the light sees the receiver. As published, a receiver that a spot light or a face of a point light does not have
+//! before it gets nothing from that map.
+
+use wgpu::TextureFormat as Format;
+
+use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    gi::{
+        StartResolution, Storage, UpsamplingKernel, Weighting,
+        resolution::{Upsampling, pyramid, to_display},
+        rsm::plan_light_maps,
+    },
+    parameters,
+    parameters::{Settings, SettingsError},
+};
+
+parameters! {
+    /// Parameters of reflective shadow maps.
+    pub struct Rsm("rsm") {
+        /// Weights: published, without units; radiometric, each sample as the area that it stands for.
+        weighting: Weighting = Weighting::Radiometric, unit "",
+        grid [Weighting::Published, Weighting::Radiometric], role Override("RADIOMETRIC");
+        /// Resolution of the gather: its cost falls with the square, detail with it.
+        start_resolution: StartResolution = StartResolution::Quarter, unit "",
+        grid [StartResolution::Half, StartResolution::Quarter], role Plan;
+        /// Samples of each light's view.
+        samples: u32 = 100, in 1..=1024, unit "1", grid [50, 100, 150, 200], role Override("SAMPLES");
+        /// Largest distance of a sample in a light's view, widths of the view.
+        map_radius: f32 = 0.3, in 0.001..=1.5, unit "1", grid [0.3], role Uniform;
+        /// Brightness of the published weighting.
+        intensity: f32 = 1.0, in 0.0..=1e9, unit "1", grid [1.0], role Uniform;
+        /// Width and height of each light's view.
+        light_view_size: u32 = 256, in 8..=1024, unit "px", grid [256, 512], role Plan;
+        /// Storage of light at full resolution: float16 has half the bytes and clamps at 65,504.
+        storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
+    }
+}
+
+/// See the module.
+pub const TECHNIQUE: Technique = Technique {
+    name: Rsm::TECHNIQUE,
+    summary: "reflective shadow maps (Dachsbacher & Stamminger 2005)",
+    parameters: Rsm::parameters,
+    complete: |settings| Ok(Rsm::from_settings(settings)?.to_settings()),
+    needs: |_| Ok(GBufferNeeds::NONE),
+    plan,
+};
+
+fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
+    let parameters = Rsm::from_settings(settings)?;
+    if inputs.scene.is_some() && inputs.shadow_layers().is_empty() {
+        return Ok(None);
+    }
+    let views = inputs.shadow_layers().len();
+    let level = pyramid(plan, inputs, &[("VOTE", 0.0)], parameters.start_resolution.divisor(), 0).remove(0);
+    // Where there are several views, passes alternate between two textures, because none may read what it writes.
+    let mut sum = |i| plan.texture(format!("sum_{i}"), level.size, Format::Rgba32Float, "light of the views so far");
+    let (first, several) = (sum(0), views > 1);
+    let sums = [first, if several { sum(1) } else { first }];
+    let mut written = sums[0];
+    plan_light_maps(plan, inputs, Rsm::TECHNIQUE, parameters.light_view_size, |plan, maps, index, view| {
+        let further = index > 0;
+        let mut pass = plan
+            .pass(Part::Technique, format!("rsm_{index}"), variant("rsm/gather", &[("further", further)]))
+            .constants(&parameters.constants())
+            .param("world_to_clip", view.world_to_clip)
+            .param("scale", level.scale as f32)
+            .param("map_radius", parameters.map_radius)
+            .param("index", index as u32)
+            .param("intensity", parameters.intensity)
+            .bind("surfels", level.surfels)
+            .bind("place", maps.place)
+            .bind("light", maps.light)
+            .bind("gathered", sums[index % 2])
+            .because("surfaces around where the light sees the receiver");
+        if further {
+            pass = pass.bind("partial_sum", sums[(index + 1) % 2]);
+        }
+        pass.over(level.size);
+        written = sums[index % 2];
+    })?;
+    let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
+    Ok(Some(to_display(plan, inputs, &upsampling, &level, written, "indirect")))
+}

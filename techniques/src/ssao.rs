@@ -1,0 +1,57 @@
+//! Screen-space ambient occlusion (Mittring 2007): the share of points around a surface that nothing seen hides.
+
+use wgpu::TextureFormat as Format;
+
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    gi::{
+        StartResolution, Storage, UpsamplingKernel,
+        resolution::{Upsampling, pyramid, to_display},
+    },
+    parameters,
+    parameters::{Settings, SettingsError},
+};
+
+parameters! {
+    /// Parameters of screen-space ambient occlusion.
+    pub struct Ssao("ssao") {
+        /// Resolution of the gather: its cost falls with the square, detail with it.
+        start_resolution: StartResolution = StartResolution::Full, unit "",
+        grid [StartResolution::Full, StartResolution::Half], role Plan;
+        /// Samples of the hemisphere.
+        samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override("SAMPLES");
+        /// Radius of the hemisphere; 0 takes a thirtieth of the scene's diagonal.
+        radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
+    }
+}
+
+/// See the module.
+pub const TECHNIQUE: Technique = Technique {
+    name: Ssao::TECHNIQUE,
+    summary: "screen-space ambient occlusion (Mittring 2007): openness alone, no light",
+    parameters: Ssao::parameters,
+    complete: |settings| Ok(Ssao::from_settings(settings)?.to_settings()),
+    needs: |_| Ok(GBufferNeeds::NONE),
+    plan,
+};
+
+fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
+    let parameters = Ssao::from_settings(settings)?;
+    let radius = inputs.nearby(parameters.radius, Ssao::TECHNIQUE)?;
+    let level = pyramid(plan, inputs, &[("VOTE", 0.0)], parameters.start_resolution.divisor(), 0).remove(0);
+    let gathered = plan.texture("gathered", level.size, Format::R32Float, "openness at the start resolution");
+    plan.pass(Part::Technique, "gather", "ssao/gather")
+        .constants(&parameters.constants())
+        .param("scale", level.scale as f32)
+        .param("radius", radius)
+        .bind("surfels", level.surfels)
+        .bind("gathered", gathered)
+        .because("points that what is seen hides close the hemisphere")
+        .over(level.size);
+    let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: Storage::Float32 };
+    let open = to_display(plan, inputs, &upsampling, &level, gathered, "ambient_occlusion");
+    plan.outputs.insert("ambient_occlusion", open);
+    plan.attributes.insert("ambient_occlusion.radius", radius);
+    Ok(None)
+}

@@ -1,0 +1,64 @@
+//! Screen-space directional occlusion, its indirect light (Ritschel et al. 2009): points inside a hemisphere that what is
+//! seen hides are lit by it.
+
+use wgpu::TextureFormat as Format;
+
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_renderer::gi::Weighting;
+use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::{
+    gi::{
+        StartResolution, Storage, UpsamplingKernel,
+        resolution::{Upsampling, pyramid, to_display},
+    },
+    parameters,
+    parameters::{Settings, SettingsError},
+};
+
+parameters! {
+    /// Parameters of screen-space directional occlusion.
+    pub struct Ssdo("ssdo") {
+        /// Weights: published, without units; radiometric, each sample as its share of the disc under the hemisphere.
+        weighting: Weighting = Weighting::Radiometric, unit "",
+        grid [Weighting::Published, Weighting::Radiometric], role Override("RADIOMETRIC");
+        /// Resolution of the gather: its cost falls with the square, detail with it.
+        start_resolution: StartResolution = StartResolution::Quarter, unit "",
+        grid [StartResolution::Half, StartResolution::Quarter], role Plan;
+        /// Samples of the hemisphere.
+        samples: u32 = 100, in 1..=1024, unit "1", grid [50, 100, 150, 200], role Override("SAMPLES");
+        /// Radius of the hemisphere; 0 takes a thirtieth of the scene's diagonal.
+        radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
+        /// Brightness of the published weighting.
+        intensity: f32 = 1.0, in 0.0..=1e9, unit "1", grid [1.0], role Uniform;
+        /// Storage of light at full resolution: float16 has half the bytes and clamps at 65,504.
+        storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
+    }
+}
+
+/// See the module.
+pub const TECHNIQUE: Technique = Technique {
+    name: Ssdo::TECHNIQUE,
+    summary: "indirect light of screen-space directional occlusion (Ritschel et al. 2009)",
+    parameters: Ssdo::parameters,
+    complete: |settings| Ok(Ssdo::from_settings(settings)?.to_settings()),
+    needs: |_| Ok(GBufferNeeds::NONE),
+    plan,
+};
+
+fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
+    let parameters = Ssdo::from_settings(settings)?;
+    let radius = inputs.nearby(parameters.radius, Ssdo::TECHNIQUE)?;
+    let level = pyramid(plan, inputs, &[("VOTE", 0.0)], parameters.start_resolution.divisor(), 0).remove(0);
+    let gathered = plan.texture("gathered", level.size, Format::Rgba32Float, "light at the start resolution");
+    plan.pass(Part::Technique, "gather", "ssdo/gather")
+        .constants(&parameters.constants())
+        .param("scale", level.scale as f32)
+        .param("radius", radius)
+        .param("intensity", parameters.intensity)
+        .bind("surfels", level.surfels)
+        .bind("gathered", gathered)
+        .because("what hides points of the hemisphere sends light")
+        .over(level.size);
+    let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
+    Ok(Some(to_display(plan, inputs, &upsampling, &level, gathered, "indirect")))
+}

@@ -7,13 +7,11 @@ use halflight_native::truth::TruthSource;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_renderer::{plan_frame, plan_technique, scene::SceneFacts};
 use halflight_scenes::Scene;
-use halflight_tests::{
-    device, frames, known, mean_luminance,
+use halflight_soundness::{
     oracle::GBuffer,
-    request,
     scenes::{self, polished},
-    settings,
 };
+use halflight_tests::{device, frames, known, mean_luminance, request, settings};
 
 #[test]
 fn gloss_costs_nothing_where_no_material_has_any_or_the_switch_is_off() {

@@ -11,7 +11,8 @@ use halflight_renderer::{
     truth::{Request, Stop},
 };
 use halflight_scenes::{Light, Material, Scene, Texture};
-use halflight_tests::{device, frames, known, mean_luminance, request, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{device, frames, known, mean_luminance, request, settings};
 
 const SIZE: [u32; 2] = [64, 36];
 

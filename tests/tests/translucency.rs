@@ -10,7 +10,8 @@ use halflight_renderer::{
     truth::{Request, Stop},
 };
 use halflight_scenes::{Light, Material, Scene};
-use halflight_tests::{device, known, mean_luminance, render, request, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{device, known, mean_luminance, render, request, settings};
 
 const SIZE: [u32; 2] = [64, 48];
 

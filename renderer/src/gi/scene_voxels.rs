@@ -71,6 +71,11 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
     SceneVoxels { grid, cubes: bits }
 }
 
+/// Whether some pass of the plan fills such a grid.
+pub fn has_scene_voxels(plan: &FramePlan) -> bool {
+    plan.passes.iter().any(|pass| pass.shader.file() == fill::FILE)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,8 +9,8 @@ use halflight_renderer::{
 };
 use halflight_scenes::{Environment, Light, Scene};
 use halflight_shared_shaders::{BindingKind, SHADERS, Shader, shader};
+use halflight_soundness::scenes;
 use halflight_techniques::TECHNIQUES;
-use halflight_tests::scenes;
 
 use super::*;
 

@@ -9,7 +9,8 @@ mod every;
 use halflight_frame_graph::{FramePlan, ResourceKind};
 use halflight_renderer::{DirectSource, plan_frame, scene::SceneFacts};
 use halflight_scenes::{CameraKeyframe, Environment, Keyframe, Light, Motion, Moves, Scene};
-use halflight_tests::{known, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{known, settings};
 
 fn plan(scene: &Scene, technique: &str, values: &[(&str, &str)], size: [u32; 2]) -> FramePlan {
     let settings = settings(technique, values);

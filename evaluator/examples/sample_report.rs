@@ -7,8 +7,8 @@ use halflight_evaluator::experiment::measurement::{Measurement, Timing};
 use halflight_evaluator::report::{Pictures, Report};
 use halflight_metrics::{DisplayPair, LinearPair, MetricId, Rgb, Values};
 use halflight_native::images::{auto_exposure, tone_map_all};
-use halflight_techniques::invocation::Invocation;
 use halflight_output::{OutputFolder, terminal};
+use halflight_techniques::invocation::Invocation;
 use serde_json::{Map, Value, json};
 
 const WIDTH: u32 = 640;

@@ -9,8 +9,8 @@ use halflight_metrics::{
 use halflight_native::images::{Image, auto_exposure, srgb_encode, tone_map_all};
 use serde::{Deserialize, Serialize};
 
-use crate::format::{number, percent};
 use crate::Error;
+use crate::format::{number, percent};
 
 /// Side of the blocks over which noise is averaged away, pixels.
 pub const BLOCK: u32 = 8;

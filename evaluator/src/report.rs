@@ -128,7 +128,8 @@ impl Report {
             let numbers = self.measurements.iter().enumerate().filter(|(_, row)| test(row)).map(|(index, _)| index + 1);
             numbers.map(|number| format!("#{number}")).collect::<Vec<_>>().join(", ")
         };
-        let is_nan = |row: &Measurement| METRICS.iter().any(|metric| row.errors.get(metric.id).is_some_and(f64::is_nan));
+        let is_nan =
+            |row: &Measurement| METRICS.iter().any(|metric| row.errors.get(metric.id).is_some_and(f64::is_nan));
         let found = [
             (
                 rows(&|row| row.software_adapter),

@@ -68,9 +68,8 @@ pub fn scaled_rel_mse(pair: &LinearPair) -> f64 {
 
 /// Mean of a function of the two samples; NaN when no pixel counts.
 fn average(pair: &LinearPair, of: impl Fn(f64, f64) -> f64) -> f64 {
-    let (sum, count) = pair
-        .samples()
-        .fold((0.0, 0u64), |(sum, count), (value, reference)| (sum + of(value, reference), count + 1));
+    let (sum, count) =
+        pair.samples().fold((0.0, 0u64), |(sum, count), (value, reference)| (sum + of(value, reference), count + 1));
     sum / count as f64
 }
 

@@ -13,12 +13,12 @@ use std::{path::PathBuf, process::ExitCode};
 use clap::{Parser, Subcommand};
 use halflight_evaluator::{
     Error,
-    experiment::session::{Frames, Session, open_scene},
     experiment::reference,
+    experiment::session::{Frames, Session, open_scene},
 };
 use halflight_metrics::{LinearPair, Rgb, bias, mean, p95_abs, percentile, rmse};
-use halflight_techniques::invocation::parse_size;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
+use halflight_techniques::invocation::parse_size;
 use halflight_tests::{device, request};
 
 #[derive(Parser)]
@@ -383,7 +383,8 @@ fn bounces(args: &Args, session: &Session) -> Result<(), Error> {
     let mut first = f64::NAN;
     for bounces in [1, 2, 3, 8] {
         let request_truth = TruthRequest { bounces, ..TruthRequest::new(session.scene.camera, args.size) };
-        let truth = reference::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
+        let truth =
+            reference::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
         let mask: Vec<bool> = truth.depth.iter().map(|&depth| depth > 0.0).collect();
         let found = truth.indirect.map_or(f64::NAN, |light| mean(&light.mean, Some(&mask)));
         first = if bounces == 1 { found } else { first };

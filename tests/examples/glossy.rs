@@ -11,8 +11,8 @@ use std::process::ExitCode;
 use clap::Parser;
 use halflight_evaluator::{
     Error,
-    experiment::session::{Request, Session},
     experiment::reference,
+    experiment::session::{Request, Session},
 };
 use halflight_frame_graph::PassTime;
 use halflight_metrics::{LinearPair, Rgb, mean, percentile, rel_mse, rmse};

@@ -12,8 +12,8 @@ use clap::Parser;
 use glam::{Mat4, Vec3, Vec3A};
 use halflight_evaluator::{
     Error,
-    experiment::session::{Request, Session, open_scene},
     experiment::reference,
+    experiment::session::{Request, Session, open_scene},
 };
 use halflight_metrics::{LinearPair, Rgb, bias, mean, rel_mse, rmse};
 use halflight_renderer::{

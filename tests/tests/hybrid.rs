@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::Vec3;
-use halflight_evaluator::experiment::session::Session;
 use halflight_evaluator::experiment::reference::trace;
+use halflight_evaluator::experiment::session::Session;
 use halflight_renderer::{
     plan_frame,
     scene::SceneFacts,
@@ -260,7 +260,8 @@ fn what_no_view_sees_hides_what_a_mirror_would_show() {
         };
         let (on, off) = (shown("on"), shown("off"));
         let [wanted_red, on_red, off_red] = [&wanted, &on, &off].map(|image| red(image));
-        let error = |image: &[[f32; 3]]| halflight_metrics::rmse(&halflight_metrics::LinearPair::new(image, &wanted, None));
+        let error =
+            |image: &[[f32; 3]]| halflight_metrics::rmse(&halflight_metrics::LinearPair::new(image, &wanted, None));
         println!(
             "screen of {height}: red light {on_red:.2} of {wanted_red:.2}, {off_red:.2} without visibility; RMSE {:.4}, {:.4}",
             error(&on),
@@ -460,7 +461,8 @@ fn a_mirror_shows_what_is_off_the_screen() {
     // of the upper one, are off by one or the other.
     assert!((red_ratio - 1.0).abs() < 0.05, "{red_ratio}");
     assert!((grey_ratio - 1.0).abs() < 0.1, "{grey_ratio}");
-    let errors = |image: &[[f32; 3]]| halflight_metrics::rmse(&halflight_metrics::LinearPair::new(image, &wanted, None));
+    let errors =
+        |image: &[[f32; 3]]| halflight_metrics::rmse(&halflight_metrics::LinearPair::new(image, &wanted, None));
     println!("RMSE {:.4} by the screen, {:.4} by both", errors(&screen), errors(&both));
     assert!(errors(&both) < 0.3 * errors(&screen));
 }

@@ -7,8 +7,8 @@ use halflight_native::cache::Cache;
 use halflight_output::terminal;
 
 use super::{SceneArgs, TechniqueArgs, print_json, print_warnings};
-use halflight_techniques::invocation::{Invocation, parse_size};
 use halflight_renderer::parameters::Settings;
+use halflight_techniques::invocation::{Invocation, parse_size};
 
 use crate::{
     Error,

@@ -9,9 +9,9 @@ use halflight_native::{
     scene_hash::scene_hash,
 };
 use halflight_output::terminal;
-use halflight_techniques::invocation::{Invocation, parse_size};
 use halflight_renderer::parameters::Settings;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
+use halflight_techniques::invocation::{Invocation, parse_size};
 
 use super::{SceneArgs, TechniqueArgs, is_exr, print_json, print_warnings};
 use crate::{
@@ -109,7 +109,8 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
         "truth" => {
             if !scene.moves.is_empty() {
                 return Err(Error::BadInput(
-                    "--direct truth is the light of one frame: hold the scene with --pose FRAME, or leave --direct out".into(),
+                    "--direct truth is the light of one frame: hold the scene with --pose FRAME, or leave --direct out"
+                        .into(),
                 ));
             }
             Some(reference::trace(&native, &scene, &TruthRequest::new(scene.camera, args.size), Stop::default())?.truth)

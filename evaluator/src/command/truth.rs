@@ -7,8 +7,8 @@ use halflight_native::{
     images::{Precision, auto_exposure, write_png},
     scene_hash::scene_hash,
 };
-use halflight_techniques::invocation::{Invocation, parse_size};
 use halflight_renderer::truth::{Request, Stop};
+use halflight_techniques::invocation::{Invocation, parse_size};
 
 use super::{SceneArgs, is_exr, print_warnings};
 use crate::{
@@ -93,11 +93,8 @@ pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
         ..Request::new(scene.camera, args.size)
     };
     let most = if args.rel_error.is_some() { 1 << 16 } else { 64 };
-    let stop = Stop {
-        samples_per_pixel: args.samples_per_pixel.unwrap_or(most),
-        rel_error: args.rel_error,
-        error_block: 8,
-    };
+    let stop =
+        Stop { samples_per_pixel: args.samples_per_pixel.unwrap_or(most), rel_error: args.rel_error, error_block: 8 };
     let traced = reference::trace(&native, &scene, &request, stop)?;
     print_warnings(&traced.warnings);
     let mut image = reference::image(&traced.truth);

@@ -241,8 +241,7 @@ impl<'a> SceneRunner<'a> {
         let bounce = reference.indirect.as_ref().map_or(&zero, |estimate| &estimate.mean);
         let indirect = modulate(&reference.albedo, bounce);
         let mask: Vec<bool> = reference.depth.iter().map(|&d| d > 0.0).collect();
-        let [exposure, indirect_exposure] =
-            [&final_image, &indirect].map(|image| auto_exposure(image, Some(&mask)));
+        let [exposure, indirect_exposure] = [&final_image, &indirect].map(|image| auto_exposure(image, Some(&mask)));
         let header = [
             ("scene", still.name.clone()),
             ("scene_hash", self.scene_hash.to_string()),
@@ -366,13 +365,7 @@ struct Rendered {
     occlusion_radius: Option<f32>,
 }
 
-fn render(
-    grid: &Grid,
-    cell: &Cell,
-    size: [u32; 2],
-    prepared: &mut Prepared,
-    check: bool,
-) -> Result<Rendered, Error> {
+fn render(grid: &Grid, cell: &Cell, size: [u32; 2], prepared: &mut Prepared, check: bool) -> Result<Rendered, Error> {
     let session = &prepared.session;
     let needs = (cell.technique.needs)(&cell.settings).map_err(|e| Error::BadInput(e.to_string()))?;
     let direct = cell.settings.iter().filter(|(key, _)| key.starts_with("direct."));
@@ -387,8 +380,7 @@ fn render(
         }
     };
     let direct = grid.direct_from_truth.then_some(prepared.reference.direct.as_slice());
-    let request =
-        Request { technique: cell.technique, settings: cell.settings.clone(), size, seed: grid.seed, direct };
+    let request = Request { technique: cell.technique, settings: cell.settings.clone(), size, seed: grid.seed, direct };
     let mut frames = session.technique_frames(&request, scene_frames)?;
     let mut noise = Noise::default();
     let mut shown: Option<Shown> = None;

@@ -17,7 +17,11 @@ use crate::Error;
 pub struct Temporal {
     /// Still camera and scene, [`WARM_UP`] frames in: standard deviation of `albedo * indirect` at a pixel over
     /// [`WINDOW`] frames, root mean square over pixels and channels, radiance.
-    #[serde(rename = "temporal_still_std", with = "halflight_metrics::float::optional", skip_serializing_if = "Option::is_none")]
+    #[serde(
+        rename = "temporal_still_std",
+        with = "halflight_metrics::float::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub still_std: Option<f64>,
     /// Everything that moves jumps to its last place: frames until half of the old light is gone from the surfaces
     /// that stayed in view.
@@ -37,7 +41,11 @@ pub struct Temporal {
     pub recover: Option<f64>,
     /// Along the moves of scene and camera: root mean square difference from the average of unfiltered frames at
     /// the same place, over [`CHECKPOINTS`] frames, radiance.
-    #[serde(rename = "temporal_path_rmse", with = "halflight_metrics::float::optional", skip_serializing_if = "Option::is_none")]
+    #[serde(
+        rename = "temporal_path_rmse",
+        with = "halflight_metrics::float::optional",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub path_rmse: Option<f64>,
 }
 

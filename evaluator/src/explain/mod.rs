@@ -33,9 +33,9 @@ use serde::Serialize;
 
 use crate::{
     Error,
+    experiment::session::{Frames, Request, Session},
     format::number,
     progress::Progress,
-    experiment::session::{Frames, Request, Session},
 };
 
 mod advice;

@@ -7,12 +7,12 @@ use halflight_metrics::{Metric, MetricId};
 use halflight_native::images::{Image, Rgb, auto_exposure, luminance, write_png};
 
 use super::document::chart::{Axis, Line, Plot, Point, Series, Spacing};
+use super::document::table::{Cell, Column, Table, TableRow};
 use super::grouping::Group;
 use super::plots::Named;
-use super::document::table::{Cell, Column, Table, TableRow};
 use crate::Error;
-use crate::format::number;
 use crate::experiment::measurement::{Measurement, plain};
+use crate::format::number;
 
 /// `preset` of the rows that the figure belongs to.
 pub(super) const PRESET: &str = "soler2009_fig5";

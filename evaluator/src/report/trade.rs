@@ -2,12 +2,12 @@
 
 use halflight_metrics::{Metric, MetricId, Plotted};
 
+use super::document::table::{Cell, Column, Table, TableRow};
 use super::grouping::{Group, is_baseline};
 use super::pareto::frontier;
 use super::plots::{self, Named};
-use super::document::table::{Cell, Column, Table, TableRow};
-use crate::format::{number, percent};
 use crate::experiment::measurement::Measurement;
+use crate::format::{number, percent};
 
 /// Time against one metric.
 pub struct Trade {

@@ -25,8 +25,8 @@ use proptest::{
 use super::{panic_words, scenes, switches, with_small_shadows};
 use crate::{
     Error,
-    progress::Progress,
     experiment::session::{Request, Session},
+    progress::Progress,
 };
 
 /// A configuration as plain numbers.

@@ -31,17 +31,17 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Run a grid of configurations: time each one, hold it against truth, write a report folder.
+    /// Run a grid of configurations: time each one, measure it against the path-traced reference, write a report folder.
     Run(run::RunArgs),
     /// Render one frame of a scene to an EXR (all channels) or a PNG (tone-mapped).
     Render(render::RenderArgs),
     /// Print the plan of a frame: passes, textures with their bytes, and the reason for each.
     Plan(render::PlanArgs),
-    /// Path-trace the truth of a scene; what was traced is cached and continued.
+    /// Path-trace the reference of a scene. Traced samples are cached, and a later call continues from them.
     Truth(truth::TruthArgs),
-    /// Say where the error of a technique comes from: noise, estimator, visibility, what the screen does not show.
+    /// Split the error of a technique into its sources: noise, estimator, missing visibility, light off the screen.
     Explain(explain::ExplainArgs),
-    /// Compare two EXR or PNG images by every measure.
+    /// Compare two EXR or PNG images by every metric.
     Compare {
         /// The image.
         image: PathBuf,
@@ -165,13 +165,14 @@ fn compare(image: &Path, reference: &Path, json: bool) -> Result<(), Error> {
     if json { print_json(&comparison) } else { Ok(terminal::print_line(comparison)?) }
 }
 
-/// Whether an output file is to hold all channels (EXR) or one picture (PNG).
+/// Whether an output file holds all channels (EXR) or one picture (PNG).
 fn is_exr(path: &Path) -> Result<bool, Error> {
     match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
         Some("exr") => Ok(true),
         Some("png") => Ok(false),
-        _ => {
-            Err(Error::BadInput(format!("--out {} is neither .exr nor .png: name it one or the other", path.display())))
-        }
+        _ => Err(Error::BadInput(format!(
+            "--out {} is neither .exr nor .png: give it one of these endings",
+            path.display()
+        ))),
     }
 }

@@ -1,4 +1,4 @@
-//! `evaluator compare`: every measure of two image files.
+//! `evaluator compare`: every metric of two image files.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub struct Comparison {
     pub height: u32,
     /// Pixels that count: those where the reference's depth `Z`, if it comes with one, shows a surface.
     pub counted_pixels: usize,
-    /// Exposure of the display measures, taken from the reference; 1 where a PNG has fixed it already.
+    /// Exposure of the display metrics, taken from the reference; 1 where a PNG has fixed it already.
     pub exposure: f32,
     /// One entry per layer that both files have: the final image, and `albedo * indirect`.
     pub layers: Vec<LayerComparison>,
@@ -36,7 +36,7 @@ pub struct Comparison {
     pub notes: Vec<String>,
 }
 
-/// All measures of one layer.
+/// All metrics of one layer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LayerComparison {
     /// `final` or `albedo * indirect`.
@@ -91,7 +91,7 @@ pub fn compare(image: &Path, reference: &Path) -> Result<Comparison, Error> {
         .map(|(name, pixels)| compare_layer(name, pixels, is_png, exposure, b.width, mask.as_deref()))
         .collect();
     let notes = files.iter().zip(is_png).filter(|(_, png)| *png).map(|(path, _)| {
-        format!("{} is a PNG: its linear measures see 8-bit, clipped, tone-mapped values", path.display())
+        format!("{} is a PNG: its linear metrics see 8-bit, clipped, tone-mapped values", path.display())
     });
     Ok(Comparison {
         image: image.into(),

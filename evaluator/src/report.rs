@@ -42,7 +42,7 @@ pub struct Report {
     pub command: String,
     /// Commands that trace what the rows are measured against.
     pub references: Vec<String>,
-    /// What went not quite as it should: stand-in textures, clamped values, unconverged truth.
+    /// What did not go as it should: replaced textures, clamped values, a noisy reference.
     pub warnings: Vec<String>,
     /// One row a cell.
     pub measurements: Vec<Measurement>,
@@ -144,7 +144,7 @@ impl Report {
             (rows(&is_nan), "a metric is NaN: the image holds a value that is not a number"),
             (
                 rows(&|row| row.errors.get(MetricId::TruthRelError).is_some_and(|error| error > 0.05)),
-                "the truth's own standard error is over 5 %: small differences between rows mean nothing",
+                "the reference's own standard error is over 5 %: small differences between rows mean nothing",
             ),
         ];
         let count = self.measurements.len();

@@ -16,7 +16,7 @@ pub struct Metric {
     pub title: &'static str,
     /// Unit; empty for none.
     pub unit: &'static str,
-    /// One sentence for a reader who meets it first.
+    /// One sentence for a reader who sees it first.
     pub meaning: &'static str,
     /// Significant digits worth printing.
     pub digits: usize,

@@ -252,7 +252,7 @@ fn flip_of_black_and_white_is_its_published_maximum() {
     let (black, white) = (vec![[0.0; 3]; 32 * 32], vec![[1.0; 3]; 32 * 32]);
     let error = masked_mean(&flip_map(&white, &black, 32), None);
     assert!(error > 0.9 && error <= 1.0, "{error}");
-    close(masked_mean(&flip_map(&black, &white, 32), None), error, 1e-6); // the measure is symmetric
+    close(masked_mean(&flip_map(&black, &white, 32), None), error, 1e-6); // the metric is symmetric
 }
 
 #[test]

@@ -40,7 +40,7 @@ pub fn tone_map_all(pixels: &[Rgb], exposure: f32) -> Vec<Rgb> {
 }
 
 /// Exposure under which 95 % of the lit pixels stay on the straight part of [`tone_map`]: 0.8 over the 95th percentile
-/// of positive luminance. Taken once from the truth of a scene and used for all its images. 1 when nothing is lit.
+/// of positive luminance. Taken once from the reference of a scene and used for all its images. 1 when nothing is lit.
 ///
 /// `mask`: pixels that count (true); None counts all.
 pub fn auto_exposure(pixels: &[Rgb], mask: Option<&[bool]>) -> f32 {

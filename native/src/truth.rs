@@ -49,7 +49,7 @@ pub struct Traced {
 }
 
 impl<'a> TruthSource<'a> {
-    /// A source of truth for this scene.
+    /// A source of references for this scene.
     pub fn new(gpu: &'a Gpu, scene: &'a Scene, cache: Option<Cache>) -> Self {
         Self { gpu, scene, cache, tracer: OnceCell::new(), scene_hash: OnceCell::new() }
     }

@@ -16,7 +16,7 @@ parameters! {
     pub struct Exhaustive("exhaustive") {
         /// Form factor between receiver and source: eq3 between points, unbounded; eq4 from point to disc.
         form_factor: FormFactor = FormFactor::PointToDisc, unit "", grid [FormFactor::PointToDisc],
-        role Override("POINT_TO_DISC");
+        role Override;
     }
 }
 

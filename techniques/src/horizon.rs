@@ -22,14 +22,14 @@ parameters! {
         /// Radius within which surfaces count; 0 for all of the screen.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0, 1.0, 4.0], role Uniform;
         /// Slices of the hemisphere: noise falls with their square root, cost rises with them.
-        slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override("SLICES");
+        slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override;
         /// Steps on each side of a slice.
-        steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override("STEPS");
+        steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override;
         /// How steps are spread: constant, or exponential with more of them nearby.
         spacing: Spacing = Spacing::Exponential, unit "",
-        grid [Spacing::Constant, Spacing::Exponential], role Override("SPACING");
+        grid [Spacing::Constant, Spacing::Exponential], role Override;
         /// Whether steps start at random within their stride; otherwise in its middle, which shows as bands.
-        jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override("JITTER");
+        jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override;
         /// Resolution of the gather: half costs a quarter and blurs.
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
         /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.

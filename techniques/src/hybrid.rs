@@ -74,7 +74,7 @@ parameters! {
         /// Brightness of the published weighting, which has the unit of one over an area.
         intensity: f32 = 1.0, in 0.0..=1e9, unit "scene units squared", grid [1.0], role Uniform;
         /// Samples of the screen for each receiver.
-        screen_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override("NEAR_SAMPLES");
+        screen_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override;
         /// Virtual lights that each receiver looks at; of patterns, samples of each light.
         light_samples: u32 = 64, in 1..=1024, unit "1", grid [16, 64, 256], role Plan;
         /// Virtual lights in all, chosen by what they bring to the picture; receivers share them out among one another.
@@ -86,13 +86,13 @@ parameters! {
         /// Cubes along the longest side of the scene.
         voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
         /// Successive virtual lights, or samples of a pattern, that share one ray: the mean stays, the noise of visibility grows, its cost falls.
-        samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
+        samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override;
         /// What glossy materials (Ks, Ns) show in their mirror direction: off; screen, what the camera sees there; both, otherwise what the lights see.
         specular: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
         /// Most pixels of the screen, and texels of a light's view, between two steps of the march in the mirror direction: less finds thinner things, cost falls with it.
         specular_stride: f32 = 2.0, in 1.0..=64.0, unit "px", grid [1.0, 2.0, 4.0], role Uniform;
         /// Whether directions are drawn from the whole lobe, which leaves noise for a filter over frames; off, as published, all materials show what a mirror would.
-        specular_lobe: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Override("LOBE");
+        specular_lobe: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Override;
         /// Openness that attenuates indirect light: off; screen, from what the camera sees; both, from what the lights see as well.
         ambient_occlusion: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
         /// Samples of the hemisphere in each view that openness is taken from.

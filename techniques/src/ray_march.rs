@@ -28,12 +28,12 @@ parameters! {
         /// What distance adds to the thickness, for each unit of depth: it has no unit, so the default suits scenes of any size.
         thickness_slope: f32 = 0.03, in 0.0..=10.0, unit "1", grid [0.0, 0.03], role Uniform;
         /// Rays of a pixel: noise falls with their square root, cost rises with them.
-        rays: u32 = 2, in 1..=256, unit "1", grid [1, 2, 4], role Override("RAYS");
+        rays: u32 = 2, in 1..=256, unit "1", grid [1, 2, 4], role Override;
         /// Steps of a ray.
-        steps: u32 = 16, in 1..=256, unit "1", grid [8, 16, 32], role Override("STEPS");
+        steps: u32 = 16, in 1..=256, unit "1", grid [8, 16, 32], role Override;
         /// How steps are spread: constant, or exponential with more of them nearby.
         spacing: Spacing = Spacing::Exponential, unit "",
-        grid [Spacing::Constant, Spacing::Exponential], role Override("SPACING");
+        grid [Spacing::Constant, Spacing::Exponential], role Override;
         /// Resolution of the gather: half costs a quarter and blurs.
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
         /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.

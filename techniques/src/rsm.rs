@@ -23,12 +23,12 @@ parameters! {
     pub struct Rsm("rsm") {
         /// Weights: published, without units; radiometric, each sample as the area that it stands for.
         weighting: Weighting = Weighting::Radiometric, unit "",
-        grid [Weighting::Published, Weighting::Radiometric], role Override("RADIOMETRIC");
+        grid [Weighting::Published, Weighting::Radiometric], role Override;
         /// Resolution of the gather: its cost falls with the square, detail with it.
         start_resolution: StartResolution = StartResolution::Quarter, unit "",
         grid [StartResolution::Half, StartResolution::Quarter], role Plan;
         /// Samples of each light's view.
-        samples: u32 = 100, in 1..=1024, unit "1", grid [50, 100, 150, 200], role Override("SAMPLES");
+        samples: u32 = 100, in 1..=1024, unit "1", grid [50, 100, 150, 200], role Override;
         /// Largest distance of a sample in a light's view, widths of the view.
         map_radius: f32 = 0.3, in 0.001..=1.5, unit "1", grid [0.3], role Uniform;
         /// Brightness of the published weighting.

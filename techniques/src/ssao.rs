@@ -21,7 +21,7 @@ parameters! {
         start_resolution: StartResolution = StartResolution::Full, unit "",
         grid [StartResolution::Full, StartResolution::Half], role Plan;
         /// Samples of the hemisphere.
-        samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override("SAMPLES");
+        samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override;
         /// Radius of the hemisphere; 0 takes a thirtieth of the scene's diagonal.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
     }

@@ -21,12 +21,12 @@ parameters! {
     pub struct Ssdo("ssdo") {
         /// Weights: published, without units; radiometric, each sample as its share of the disc under the hemisphere.
         weighting: Weighting = Weighting::Radiometric, unit "",
-        grid [Weighting::Published, Weighting::Radiometric], role Override("RADIOMETRIC");
+        grid [Weighting::Published, Weighting::Radiometric], role Override;
         /// Resolution of the gather: its cost falls with the square, detail with it.
         start_resolution: StartResolution = StartResolution::Quarter, unit "",
         grid [StartResolution::Half, StartResolution::Quarter], role Plan;
         /// Samples of the hemisphere.
-        samples: u32 = 100, in 1..=1024, unit "1", grid [50, 100, 150, 200], role Override("SAMPLES");
+        samples: u32 = 100, in 1..=1024, unit "1", grid [50, 100, 150, 200], role Override;
         /// Radius of the hemisphere; 0 takes a thirtieth of the scene's diagonal.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
         /// Brightness of the published weighting.

@@ -11,7 +11,11 @@
 use std::{path::PathBuf, process::ExitCode};
 
 use clap::{Parser, Subcommand};
-use halflight_evaluator::{Error, experiment::{reference, session::{Frames, Session, open_scene}}};
+use halflight_evaluator::{
+    Error,
+    experiment::reference,
+    experiment::session::{Frames, Session, open_scene},
+};
 use halflight_metrics::{LinearPair, Rgb, bias, mean, p95_abs, percentile, rmse};
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_techniques::invocation::parse_size;

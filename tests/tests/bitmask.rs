@@ -403,7 +403,7 @@ fn the_environment_lights_what_is_open() {
     let rmse = ["normal", "bent-normal", "bitmask"].map(|ambient| {
         let settings = [&common[1..], &[("ambient", ambient), ("thickness", "0.02")]].concat();
         let image = converged(&session, "bitmask", &settings, size, 4);
-        halflight_metrics::linear_errors(&image, &traced, Some(&mask)).rmse
+        halflight_metrics::rmse(&halflight_metrics::LinearPair::new(&image, &traced, Some(&mask)))
     });
     println!("sky: RMSE of normal, bent normal and bitmask {rmse:.4?}");
     assert!(rmse[2] < rmse[0] && rmse[2] < rmse[1], "{rmse:?}");

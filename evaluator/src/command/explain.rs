@@ -31,7 +31,7 @@ pub(super) struct ExplainArgs {
     /// Frames that stand for the converged image.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
-    /// Samples a pixel of the truth.
+    /// Samples a pixel of the reference.
     #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..))]
     samples_per_pixel: u32,
     /// Direct light that the technique reads: rendered (shadow maps) or truth (path-traced).
@@ -97,7 +97,7 @@ pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
         ("Settings", if settings.is_empty() { "defaults".into() } else { settings.join(" ") }),
         ("Direct light", args.direct.clone()),
         ("Frames", args.frames.to_string()),
-        ("Samples a pixel of the truth", args.samples_per_pixel.to_string()),
+        ("Samples a pixel of the reference", args.samples_per_pixel.to_string()),
         ("Seed", args.seed.to_string()),
         ("Adapter", native.info.name.clone()),
         ("Commit", COMMIT.to_owned()),

@@ -34,7 +34,7 @@ pub(super) struct RunArgs {
     /// Run every Nth cell only, beginning with the Ith (from 0), to share a grid among machines.
     #[arg(long, value_name = "I/N", default_value = "0/1", value_parser = parse_shard)]
     shard: (usize, usize),
-    /// Direct light that the gather reads: rendered (shadow maps) or truth (path-traced); the grid file decides otherwise.
+    /// Direct light that techniques read: rendered (shadow maps) or truth (path-traced) [default: that of the grid file]
     #[arg(long, value_name = "SOURCE", value_parser = ["rendered", "truth"])]
     direct: Option<String>,
     /// Look through every texture of each cell for NaN and infinity, and fail where there is one.

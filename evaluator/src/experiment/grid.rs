@@ -30,15 +30,15 @@ pub struct Grid {
     pub frames: u32,
     /// Seed of every random number.
     pub seed: u32,
-    /// Whether path-traced direct light is fed in instead of the rendered one.
+    /// Whether techniques read path-traced direct light instead of the rendered one.
     pub direct_from_truth: bool,
-    /// Most samples a pixel of the truth.
+    /// Most samples a pixel of the reference.
     pub truth_samples: u32,
-    /// Relative error over blocks of 8x8 pixels at which the truth may stop before that.
+    /// Relative error over blocks of 8x8 pixels at which the reference may stop before that.
     pub truth_rel_error: f32,
-    /// Bounces of the truth's indirect light.
+    /// Bounces of the reference's indirect light.
     pub bounces: u32,
-    /// Whether to measure what happens over time, too: hundreds of frames more for each cell.
+    /// Whether to measure behaviour over time as well: hundreds of frames more for each cell.
     pub temporal: bool,
     /// Configurations, in the order of the file.
     pub cells: Vec<Cell>,
@@ -71,7 +71,7 @@ impl Grid {
     /// Reads a grid file. Scenes are looked for from the working directory, then beside the file.
     ///
     /// # Errors
-    /// One sentence with file, line, key and the mend.
+    /// One sentence with file, line, key and the fix.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path)
             .map_err(|e| Error::BadInput(format!("cannot read {}: {e}; check --grid", path.display())))?;

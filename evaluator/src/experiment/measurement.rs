@@ -1,4 +1,4 @@
-//! One measured cell of a grid: the only thing that reports read.
+//! One measured cell of a grid: all that a report reads.
 //!
 //! A [`Measurement`] serialises to one flat object whose keys are the columns of results.csv, so that results.json and
 //! results.csv hold the same table.

@@ -1,4 +1,4 @@
-//! Truth for the evaluator: traced through the cache, with progress, as images.
+//! The path-traced reference: traced through the cache, with progress, and as images.
 
 use halflight_native::{
     NativeGpu,
@@ -17,7 +17,7 @@ use crate::{Error, progress::Progress};
 /// A request out of range, or a device that was lost.
 pub fn trace(native: &NativeGpu, scene: &Scene, request: &Request, stop: Stop) -> Result<Traced, Error> {
     let source = TruthSource::new(&native.gpu, scene, Some(Cache::standard()));
-    let progress = Progress::new(&format!("truth of {}", scene.name), 100);
+    let progress = Progress::new(&format!("reference of {}", scene.name), 100);
     let traced = source
         .trace(request, stop, &mut |now| {
             progress.set((now.fraction * 100.0) as u64, &format!("{} samples a pixel", now.samples))
@@ -27,7 +27,7 @@ pub fn trace(native: &NativeGpu, scene: &Scene, request: &Request, stop: Stop) -
     progress.finish(&if rays > 0 {
         let rate = rays as f64 / time.as_secs_f64().max(1e-9) / 1e6;
         format!(
-            "truth of {}: {} samples a pixel in {:.0} s, {rate:.2} million rays a second, relative error {:.3}",
+            "reference of {}: {} samples a pixel in {:.0} s, {rate:.2} million rays a second, relative error {:.3}",
             scene.name,
             traced.truth.samples,
             time.as_secs_f64(),
@@ -35,14 +35,14 @@ pub fn trace(native: &NativeGpu, scene: &Scene, request: &Request, stop: Stop) -
         )
     } else {
         format!(
-            "truth of {}: {} samples a pixel from the cache, relative error {:.3}",
+            "reference of {}: {} samples a pixel from the cache, relative error {:.3}",
             scene.name, traced.truth.samples, traced.rel_error
         )
     });
     Ok(traced)
 }
 
-/// `direct + transmitted + albedo * indirect + glossy` of the truth, for its bounces.
+/// `direct + transmitted + albedo * indirect + glossy` of the reference, for its bounces.
 pub fn final_radiance(truth: &Truth) -> Vec<Rgb> {
     let zero = vec![[0.0; 3]; truth.direct.len()];
     let indirect = truth.indirect.as_ref().map_or(&zero, |estimate| &estimate.mean);

@@ -79,7 +79,7 @@ impl FileSource for RecordedFiles {
 /// Four channels a pixel, linear, rows from the top.
 pub type Texels = Vec<[f32; 4]>;
 
-/// A scene on a device, seen by its camera. Frames of a moving scene show it where it is at their number.
+/// A scene on a device, seen by its camera. Frames of an animated scene show its pose at their number.
 pub struct Session<'a> {
     /// The device.
     pub native: &'a NativeGpu,
@@ -130,7 +130,7 @@ impl<'a> Session<'a> {
         self.frames_of(&self.facts, request)
     }
 
-    /// As [`Session::frames`], by a plan that starts from other facts about the same scene.
+    /// As [`Session::frames`], with a plan that starts from other facts about the same scene.
     ///
     /// # Errors
     /// As [`Session::frames`].
@@ -273,7 +273,7 @@ impl Frames<'_> {
         Ok(all)
     }
 
-    /// Looks through everything that the last frame wrote, on the device: NaN, infinities, clamped values.
+    /// Counts NaN, infinities and clamped values in everything that the last frame wrote, on the device.
     ///
     /// # Errors
     /// Where the device was lost.
@@ -347,7 +347,7 @@ impl Frames<'_> {
     }
 
     /// All outputs as one image with the channels of the interchange format: final radiance, depth,
-    /// world normal and position, albedo, direct and indirect light, and transmitted light and openness where the plan has
+    /// world normal and position, albedo, direct and indirect light, and transmitted light and ambient visibility where the plan has
     /// them.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! What a technique does over time: flicker of a still picture, ghosts after a change, error along a path.
+//! What a technique does over time: flicker of a static image, ghosts after a change, error along a path.
 
 use halflight_native::{NativeGpu, images::Rgb};
 use halflight_renderer::{
@@ -11,11 +11,11 @@ use serde::{Deserialize, Serialize};
 use super::session::{Frames, Request, Session};
 use crate::Error;
 
-/// Columns of results.csv that only a grid with `temporal = true` has; None = there is nothing to measure.
+/// Columns of results.csv that only a grid with `temporal = true` has; `None` where there is nothing to measure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Temporal {
-    /// Still camera and scene, [`WARM_UP`] frames in: standard deviation of `albedo * indirect` at a pixel over
+    /// Static camera and scene, after [`WARM_UP`] frames: standard deviation of `albedo * indirect` at a pixel over
     /// [`WINDOW`] frames, root mean square over pixels and channels, radiance.
     #[serde(
         rename = "temporal_still_std",
@@ -23,7 +23,7 @@ pub struct Temporal {
         skip_serializing_if = "Option::is_none"
     )]
     pub still_std: Option<f64>,
-    /// Everything that moves jumps to its last place: frames until half of the old light is gone from the surfaces
+    /// Everything animated jumps to its last pose: frames until half of the old light is gone from the surfaces
     /// that stayed in view.
     #[serde(
         rename = "temporal_ghost_half_life_frames",
@@ -31,16 +31,16 @@ pub struct Temporal {
         skip_serializing_if = "Option::is_none"
     )]
     pub ghost_half_life: Option<f64>,
-    /// After the same jump, on the surfaces that it uncovered: frames until their error is within a quarter of what
-    /// stays in the end.
+    /// After the same jump, on the surfaces that it uncovered: frames until their error is within a quarter of its
+    /// final value.
     #[serde(
         rename = "temporal_recover_frames",
         with = "halflight_metrics::float::optional",
         skip_serializing_if = "Option::is_none"
     )]
     pub recover: Option<f64>,
-    /// Along the moves of scene and camera: root mean square difference from the average of unfiltered frames at
-    /// the same place, over [`CHECKPOINTS`] frames, radiance.
+    /// Along the animation of scene and camera: root mean square difference from the average of unfiltered frames of
+    /// the same pose, over [`CHECKPOINTS`] frames, radiance.
     #[serde(
         rename = "temporal_path_rmse",
         with = "halflight_metrics::float::optional",
@@ -56,13 +56,13 @@ impl Temporal {
     }
 }
 
-/// Frames before a still picture is looked at, or changed: a filter with a = 0.9 settles in 53.
+/// Frames before a static image is measured, or changed: a filter with a = 0.9 settles in 53.
 pub const WARM_UP: u32 = 80;
-/// Frames over which a still picture is looked at.
+/// Frames over which a static image is measured.
 pub const WINDOW: u32 = 32;
-/// Frames that are looked at after a jump: the average is an exponential one in all of them.
+/// Frames that are measured after a jump: the average is an exponential one in all of them.
 pub const AFTER: u32 = 48;
-/// Frames of a path that are held against a reference.
+/// Frames of a path that are compared with a reference.
 pub const CHECKPOINTS: u32 = 4;
 /// Unfiltered frames of another seed in a reference.
 const REFERENCE: u32 = 64;
@@ -84,7 +84,7 @@ pub fn measure(
     let run = Run { native, technique, settings, size, seed };
     let mut measured = Temporal { still_std: run.still(&scene.posed(0))?, ..Temporal::default() };
     if measured.still_std.is_none() {
-        // Without indirect light there is nothing to see.
+        // Without indirect light there is nothing to measure.
         return Ok(measured);
     }
     if !scene.moves.objects.is_empty() || !scene.moves.lights.is_empty() {
@@ -109,7 +109,7 @@ impl Run<'_> {
         session.frames(&Request { technique: self.technique, settings, size: self.size, seed, direct: None })
     }
 
-    /// The expected image of a still scene, and its depth.
+    /// The expected image of a static scene, and its depth.
     fn reference(&self, still: &Scene) -> Result<(Vec<Rgb>, Vec<f32>), Error> {
         let mut settings = self.settings.clone();
         let key = format!("{}.temporal_a", self.technique.name);
@@ -175,7 +175,7 @@ impl Run<'_> {
 
     fn path(&self, scene: &Scene) -> Result<f64, Error> {
         let last = scene.moves.last_frame();
-        // In the middle of each part of the path: cuts and rests like to stand at ends.
+        // In the middle of each part of the path: cuts and rests tend to be at the ends.
         let checkpoints: Vec<u32> = (0..CHECKPOINTS).map(|i| last * (2 * i + 1) / (2 * CHECKPOINTS)).collect();
         let session = Session::new(self.native, scene);
         let mut frames = self.frames(&session, self.settings.clone(), self.seed)?;
@@ -192,7 +192,7 @@ impl Run<'_> {
     }
 }
 
-/// The scene at rest for [`WARM_UP`] frames, then with everything but the camera where it is last.
+/// The scene in its first pose for [`WARM_UP`] frames, then with everything but the camera in its last pose.
 fn jumping(scene: &Scene) -> Scene {
     let last = scene.moves.last_frame();
     let jump = |motion: &Motion| {

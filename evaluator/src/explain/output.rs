@@ -45,7 +45,7 @@ pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static
     };
     let mut pictures = vec![
         ("the image".to_owned(), picture("image", &explanation.shown)?),
-        ("path-traced truth".to_owned(), picture("truth", &explanation.truth)?),
+        ("path-traced reference".to_owned(), picture("truth", &explanation.truth)?),
     ];
     let scale = full_scale(explanation);
     for (link, pixels) in explanation.links.iter().zip(&explanation.pictures) {
@@ -59,7 +59,7 @@ pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static
     text("plots/links.svg", &bars.file())?;
     text("explain.json", &(json(explanation, &rows, facts)? + "\n"))?;
     let scale_note = format!(
-        "Links as pictures: red is too bright, blue too dark, the strongest colour {} times the truth's mean.",
+        "Links as pictures: red is too bright, blue too dark, the strongest colour {} times the reference's mean.",
         number(f64::from(scale) / explanation.truth_mean, 2)
     );
     let mut markdown = format!("# Where the error comes from\n\n{}.\n\n", sentence(&explanation.advice));
@@ -92,7 +92,7 @@ fn sentence(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().collect::<String>() + letters.as_str())
 }
 
-/// One bar a link: its root mean square alone, in percent of the truth's mean.
+/// One bar a link: its root mean square alone, in percent of the reference's mean.
 fn bars(explanation: &Explanation, rows: &[LinkRow]) -> Drawing {
     let root = |row: &LinkRow| 100.0 * row.square.value.max(0.0).sqrt() / explanation.truth_mean;
     let segment = |index: usize| Segment { name: String::new(), colour: index, shade: 0 };
@@ -103,7 +103,7 @@ fn bars(explanation: &Explanation, rows: &[LinkRow]) -> Drawing {
     };
     Bars {
         title: "Size of each link on its own".into(),
-        unit: "root mean square, % of the truth's mean".into(),
+        unit: "root mean square, % of the reference's mean".into(),
         segments: (0..rows.len()).map(segment).collect(),
         bars: rows.iter().enumerate().map(bar).collect(),
     }
@@ -153,11 +153,11 @@ fn links_table(explanation: &Explanation, rows: &[LinkRow]) -> Table {
                 .into(),
         columns: vec![
             Column::text("link"),
-            Column::numeric("bias", "% of the truth's mean", "mean of the signed error"),
+            Column::numeric("bias", "% of the reference's mean", "mean of the signed error"),
             Column::numeric("square", "% of the squared mean", "mean square of the link alone"),
             Column::numeric("cross terms", "% of the squared mean", "twice its products with all other links"),
             Column::numeric("share", "% of the squared error", "square and half of the cross terms"),
-            Column::numeric("share of relMSE", "%", "the same, each pixel relative to its truth"),
+            Column::numeric("share of relMSE", "%", "the same, each pixel relative to its reference"),
         ],
         rows: body,
     }

@@ -169,7 +169,7 @@ fn trades(part: &Part) -> Markup {
     }
 }
 
-/// Panels of which one is shown, with a choice above. A choice holds for every place that offers it.
+/// Panels of which one is shown, with buttons above to choose it. A choice applies to all panels of the page.
 fn choices(panels: impl Iterator<Item = (&'static str, Markup)>) -> Markup {
     let panels: Vec<_> = panels.collect();
     html! {

@@ -5,7 +5,7 @@ use crate::experiment::measurement::Measurement;
 /// Positions in `rows` of the frontier by time and the error that `error` takes from a row, fastest first; lower is
 /// better in both.
 ///
-/// A row is beaten by one of lower error that is not told to be slower: whose fastest frame is no slower than the
+/// A row is beaten by one of lower error that is not measurably slower: whose fastest frame is no slower than the
 /// row's median. So two rows whose times overlap are not ranked by luck; the one with the lower error stays. Rows
 /// without a finite time and error are left out; of equal rows the first stays.
 pub fn frontier(rows: &[&Measurement], error: impl Fn(&Measurement) -> f64) -> Vec<usize> {

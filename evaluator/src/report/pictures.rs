@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::Error;
 
-/// The relative error that an error map shows in its brightest colour: 1 = wrong by as much as the truth itself.
+/// The relative error that an error map shows in its brightest colour: 1 means an error as large as the reference itself.
 pub const FULL_SCALE: f32 = 1.0;
 
 /// Where pictures of one size go.
@@ -43,13 +43,13 @@ impl Pictures<'_> {
         Ok(path.into())
     }
 
-    /// Writes the map of the relative error of `pixels` against `truth` as `images/<name>.png` and returns that path.
+    /// Writes the map of the relative error of `pixels` against `reference` as `images/<name>.png` and returns that path.
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn error(&self, name: &str, pixels: &[Rgb], truth: &[Rgb]) -> Result<Value, Error> {
+    pub fn error(&self, name: &str, pixels: &[Rgb], reference: &[Rgb]) -> Result<Value, Error> {
         let path = format!("images/{name}.png");
-        let map = error_map(&relative_error(pixels, truth, self.mask), FULL_SCALE, self.mask);
+        let map = error_map(&relative_error(pixels, reference, self.mask), FULL_SCALE, self.mask);
         write_png_srgb8(&self.folder.claim(&path)?, self.width, &map)?;
         Ok(path.into())
     }

@@ -10,7 +10,7 @@ use super::tables::pass_names;
 use crate::experiment::measurement::Measurement;
 use crate::format::number;
 
-/// A drawing with the name of its file (without folder and `.svg`) and of its choice where several stand in one place.
+/// A drawing with the name of its file (without folder and `.svg`) and of its choice where several share one position.
 pub struct Named {
     /// File name.
     pub file: String,

@@ -39,7 +39,7 @@ pub struct Claim {
     pub name: &'static str,
     /// A step, or `total`.
     pub step: &'static str,
-    /// The configuration whose time is divided, by its place among the table's distinct configurations.
+    /// The configuration whose time is divided, by its index among the table's distinct configurations.
     pub of: usize,
     /// The configuration that it is divided by.
     pub over: usize,
@@ -55,7 +55,7 @@ pub struct Share {
     pub step: &'static str,
     /// The pass here.
     pub pass: &'static str,
-    /// The configuration, by its place among the table's distinct configurations.
+    /// The configuration, by its index among the table's distinct configurations.
     pub of: usize,
     /// The paper's words.
     pub published: &'static str,

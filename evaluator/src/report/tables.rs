@@ -73,13 +73,13 @@ pub fn temporal(group: &Group) -> Option<Table> {
         metric(
             "still deviation",
             "radiance",
-            "standard deviation at a pixel over frames, camera and scene still",
+            "standard deviation at a pixel over frames, camera and scene static",
             |t| t.still_std,
         ),
         metric(
             "ghost half-life",
             "frames",
-            "until half of the old light is gone after everything that moves jumped",
+            "until half of the old light is gone after everything animated jumped",
             |t| t.ghost_half_life,
         ),
         metric(
@@ -96,9 +96,9 @@ pub fn temporal(group: &Group) -> Option<Table> {
         ),
     ]);
     let caption = format!(
-        "Linear albedo · indirect. Deviation over {WINDOW} frames of the still scene after {WARM_UP}; then the scene's \
-         moving parts jump to where they are last, seen for {AFTER} frames; then camera and scene move as the scene file \
-         says. A filter with weight a alone would give a half-life of ln 2 / -ln a frames."
+        "Linear albedo · indirect. Deviation over {WINDOW} frames of the static scene after {WARM_UP}; then the animated \
+         parts jump to their last pose, measured for {AFTER} frames; then camera and scene follow the animation of the \
+         scene file. A filter with weight a alone would give a half-life of ln 2 / -ln a frames."
     );
     Some(fill("Over time", &caption, columns, group))
 }

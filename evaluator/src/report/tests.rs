@@ -176,7 +176,7 @@ fn rel_mse_is_explained_where_it_ranks_below_nothing() {
     let text = remark(&report.measurements).unwrap();
     // 0.04, 0.03 and 0.02 are better than 0.045, 0.05 is not.
     assert!(
-        text.starts_with("By relMSE, 1 of 4 configurations rank below") && text.contains("are, by FLIP 4."),
+        text.starts_with("By relMSE, 1 of 4 configurations are worse") && text.contains("better than none: FLIP 4."),
         "{text}"
     );
     report.measurements[4].errors.set(MetricId::IndirectRelMse, Some(0.06));

@@ -76,8 +76,8 @@ pub const CAPTION: &str = "The configurations that no other beats in both time a
                            milliseconds buy. Of configurations whose times overlap, only the one with the lower error \
                            is here.";
 
-/// Why relMSE puts no indirect light at all above configurations that other measures put far ahead of it; None where
-/// it does not.
+/// Why relMSE ranks the image without indirect light above configurations that other metrics rank far above it; `None`
+/// where it does not.
 pub fn remark_on_rel_mse(group: &Group) -> Option<String> {
     let (_, baseline) = group.rows.iter().find(|(_, row)| is_baseline(row))?;
     let others = || group.rows.iter().filter(|(_, row)| !is_baseline(row));
@@ -94,10 +94,10 @@ pub fn remark_on_rel_mse(group: &Group) -> Option<String> {
     let by_others = by_others.collect::<Vec<_>>().join(", ");
     (worse > 0).then(|| {
         format!(
-            "By relMSE, {worse} of {all} configurations rank below none, the image without indirect light; better than it \
-             are, by {by_others}. relMSE divides each squared error by the square of the truth: light that is missing \
-             counts at most 1, so none never exceeds 1, but light where the truth is dark counts without bound. A gather \
-             that tests no visibility lets light leak into just these places. RMSE and bias weigh energy, FLIP and SSIM \
+            "By relMSE, {worse} of {all} configurations are worse than showing no indirect light (none). By other metrics, \
+             this many are better than none: {by_others}. relMSE divides each squared error by the square of the \
+             reference. Missing light counts at most 1, so none never exceeds 1; light in dark areas counts without \
+             bound, and a gather that tests no visibility leaks light there. RMSE and bias weigh energy, FLIP and SSIM \
              what a viewer sees."
         )
     })

@@ -128,7 +128,7 @@ pub struct Segment {
     pub name: String,
     /// Colour by number; kindred segments share one.
     pub colour: usize,
-    /// Place among its kin: later ones are paler.
+    /// Index among the segments of its colour: later ones are paler.
     pub shade: usize,
 }
 

@@ -22,7 +22,7 @@ pub struct Column {
     pub name: String,
     /// Unit; empty for none.
     pub unit: String,
-    /// One sentence for a reader who meets it first; may be empty.
+    /// One sentence for a reader who sees it first; may be empty.
     pub meaning: String,
     /// What its cells are.
     pub kind: Kind,

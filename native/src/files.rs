@@ -89,7 +89,8 @@ mod tests {
     fn a_new_file_never_replaces_another() {
         let folder = std::env::temp_dir().join(format!("halflight-new-files-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
-        let names: Vec<String> = (0..3).map(|i| write_new(&folder, "preset.toml", format!("{i}").as_bytes()).unwrap()).collect();
+        let names: Vec<String> =
+            (0..3).map(|i| write_new(&folder, "preset.toml", format!("{i}").as_bytes()).unwrap()).collect();
         assert_eq!(names, ["preset.toml", "preset (2).toml", "preset (3).toml"]);
         assert_eq!(fs::read(folder.join("preset.toml")).unwrap(), b"0");
         assert!(write_new(&folder.join("preset.toml"), "a", b"").is_err(), "a file is no folder");

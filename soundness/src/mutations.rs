@@ -1,7 +1,11 @@
 //! Deliberate bugs. Each is a textual edit of linked WGSL, and at least one row must turn red with it: a suite that stays
 //! green with a bug does not test for it.
 
-use halflight_evaluator::{Error, format::number, report::document::table::{Cell, Column, Table as Printed, TableRow}};
+use halflight_evaluator::{
+    Error,
+    format::number,
+    report::document::table::{Cell, Column, Table as Printed, TableRow},
+};
 use halflight_native::{AdapterChoice, NativeGpu};
 use halflight_shared_shaders::{SHADERS, Shader};
 use serde::Serialize;

@@ -7,7 +7,11 @@ use std::{
 };
 
 use glam::Vec3;
-use halflight_evaluator::{Error, experiment::session::{Request, Session}, progress::Progress};
+use halflight_evaluator::{
+    Error,
+    experiment::session::{Request, Session},
+    progress::Progress,
+};
 use halflight_native::{AdapterChoice, NativeGpu, files::write_whole};
 use halflight_renderer::{
     gi::Technique,

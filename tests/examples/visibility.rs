@@ -16,14 +16,17 @@ use halflight_evaluator::{
     experiment::session::{Request, Session, open_scene},
 };
 use halflight_metrics::{LinearPair, Rgb, bias, mean, rel_mse, rmse};
-use halflight_renderer::{parameters::{Settings, Value}, truth::{Request as TruthRequest, Stop}};
+use halflight_renderer::{
+    parameters::{Settings, Value},
+    truth::{Request as TruthRequest, Stop},
+};
 use halflight_scenes::{Material, Scene, Texture};
-use halflight_techniques::invocation::parse_size;
 use halflight_soundness::oracle::{
     self,
     pairs::{answered, surfels_of},
     voxels::Grid,
 };
+use halflight_techniques::invocation::parse_size;
 use halflight_tests::{device, known};
 use obvhs::{
     cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh},

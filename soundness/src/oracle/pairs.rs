@@ -1,6 +1,9 @@
 //! Pairs of surfels, and whether the gather's own function finds that one sees the other.
 
-use halflight_evaluator::{Error, experiment::session::{Frames, Request, Session}};
+use halflight_evaluator::{
+    Error,
+    experiment::session::{Frames, Request, Session},
+};
 use halflight_native::{NativeGpu, frames::read_buffer};
 use halflight_renderer::parameters::Settings;
 use halflight_shared_shaders::{BindingKind, Member, UniformValue};

@@ -1,7 +1,10 @@
 //! Scenes whose light is known in closed form.
 
 use glam::Vec3;
-use halflight_evaluator::{Error, experiment::session::{Frames, Request, Session}};
+use halflight_evaluator::{
+    Error,
+    experiment::session::{Frames, Request, Session},
+};
 use halflight_renderer::gi::rsm::has_light_views;
 use halflight_renderer::{
     gi::Technique,

@@ -3,7 +3,10 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
-use halflight_evaluator::{Error, experiment::session::{Request, Session}};
+use halflight_evaluator::{
+    Error,
+    experiment::session::{Request, Session},
+};
 use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, Value},

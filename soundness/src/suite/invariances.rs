@@ -2,7 +2,10 @@
 //! unbiased is bounded; the drift of others is reported.
 
 use glam::{Quat, Vec3};
-use halflight_evaluator::{Error, experiment::session::{Frames, Request, Session}};
+use halflight_evaluator::{
+    Error,
+    experiment::session::{Frames, Request, Session},
+};
 use halflight_native::images::{Rgb, luminance};
 use halflight_renderer::gi::{rsm::has_light_views, scene_voxels::has_scene_voxels};
 use halflight_renderer::{

@@ -1,13 +1,16 @@
 //! Shaders against float64 implementations on the CPU with the same inputs, and the error of each storage format.
 
 use glam::DVec3;
-use halflight_evaluator::{Error, experiment::session::{Frames, Request, Session}};
+use halflight_evaluator::{
+    Error,
+    experiment::session::{Frames, Request, Session},
+};
 use halflight_frame_graph::Part;
 use halflight_metrics::percentile;
-use halflight_shared_shaders::UniformValue;
 use halflight_native::images::luminance;
 use halflight_renderer::parameters::{Kind, Settings, Value};
 use halflight_scenes::Scene;
+use halflight_shared_shaders::UniformValue;
 use halflight_techniques::technique;
 
 use super::{Suite, closed_forms::SHORT_NORMAL};

@@ -2,7 +2,15 @@
 
 use std::{io::Write as _, path::Path};
 
-use halflight_evaluator::{Error, format::number, report::{document::{chart::{Bars, Drawing, Segment}, markdown, simple_page, table::{Cell, Column, Table as Printed, TableRow}}}};
+use halflight_evaluator::{
+    Error,
+    format::number,
+    report::document::{
+        chart::{Bars, Drawing, Segment},
+        markdown, simple_page,
+        table::{Cell, Column, Table as Printed, TableRow},
+    },
+};
 use halflight_native::files::write_whole;
 
 use super::Table;

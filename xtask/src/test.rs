@@ -10,7 +10,9 @@ use halflight_output::terminal;
 use crate::{Stop, cargo, run, setup};
 
 /// The crates that run in a browser.
-const PORTABLE: [&str; 14] = [
+const PORTABLE: [&str; 16] = [
+    "-p",
+    "halflight-metrics",
     "-p",
     "halflight-scenes",
     "-p",

@@ -205,11 +205,16 @@ impl Round {
         let round = async move {
             // Wait for earlier submissions, such as the painting of the interface.
             Work::submit(&queue, None).await;
+            // Checked before every submission: the textures of a dropped round may be destroyed.
+            let is_over = || results.lock().unwrap_or_else(PoisonError::into_inner).over;
             for (pass, repeats, once, many) in jobs {
-                if results.lock().unwrap_or_else(PoisonError::into_inner).over {
+                if is_over() {
                     return;
                 }
                 let once = Work::submit(&queue, Some(once)).await;
+                if is_over() {
+                    return;
+                }
                 let many = Work::submit(&queue, Some(many)).await;
                 let each = (many - once).max(0.0) / f64::from(repeats);
                 results.lock().unwrap_or_else(PoisonError::into_inner).passes.push((pass, each));

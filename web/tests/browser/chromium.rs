@@ -109,7 +109,7 @@ impl Page {
             .spawn()
             .expect("Chromium starts");
         let file = profile.join("DevToolsActivePort");
-        let (mut bytes, mut grown) = (0, Instant::now());
+        let (mut written, mut grown) = (0, Instant::now());
         let (port, path) = loop {
             let text = fs::read_to_string(&file).unwrap_or_default();
             if let Some((port, path)) = text.split_once('\n').filter(|(_, path)| !path.is_empty()) {
@@ -118,8 +118,8 @@ impl Page {
             let ended = child.try_wait().expect("the state of a child");
             assert!(ended.is_none(), "Chromium ended while it started: {ended:?}");
             let now = files_under(&profile);
-            if now != bytes {
-                (bytes, grown) = (now, Instant::now());
+            if now != written {
+                (written, grown) = (now, Instant::now());
             }
             assert!(grown.elapsed() < STARTING, "Chromium does not start: it opens no DevTools port");
             thread::sleep(POLL[0]);

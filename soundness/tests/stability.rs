@@ -75,7 +75,7 @@ fn the_nan_check_counts_what_a_shader_writes() {
             }
         }
         // The message of `--check`.
-        let error = halflight_evaluator::experiment::run::check_textures(&[&frames]).unwrap_err().to_string();
+        let error = halflight_evaluator::experiment::check_textures(&[&frames]).unwrap_err().to_string();
         assert!(error.starts_with("final holds 2 NaN and"), "{error}");
     }
 }

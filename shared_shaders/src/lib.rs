@@ -2,15 +2,55 @@
 //! one binds and as one Rust type a shader. No graphics interface is used here.
 //!
 //! The modules of this crate follow the folders of `wgsl/`. The struct in each of them has a field for everything that a run
-//! of the shader takes: resources, features, the uniform block `params` and pipeline-overridable constants. What is
-//! forgotten, misspelt or of another type does not compile:
+//! of the shader takes: resources, features, the uniform block `params` and pipeline-overridable constants.
+//!
+//! A run of a shader with everything that it takes:
 //!
 //! ```
-//! use halflight_shared_shaders::{Call, source::Source};
+//! use halflight_shared_shaders::{Call, ssdo::gather::{Constants, Gather, Params}};
 //!
+//! let params = Params { scale: 4.0, radius: 1.5, intensity: 1.0 };
+//! let constants = Constants { samples: 64, radiometric: true };
 //! // Resources may have any name: here they are numbers.
-//! let call = Call::from(Source { direct: 0, material: 1, receive_only: 2, source: 3 });
-//! assert_eq!(call.shader.name, "source/source");
+//! let call = Call::from(Gather { surfels: 0, gathered: 1, params, constants });
+//! assert_eq!(call.shader.name, "ssdo/gather");
+//! ```
+//!
+//! Five slips that do not compile. A binding that is forgotten:
+//!
+//! ```compile_fail,E0063
+//! use halflight_shared_shaders::ssdo::gather::{Constants, Gather, Params};
+//! let params = Params { scale: 4.0, radius: 1.5, intensity: 1.0 };
+//! let constants = Constants { samples: 64, radiometric: true };
+//! let run = Gather { surfels: 0, params, constants };
+//! ```
+//!
+//! A parameter that is misspelt:
+//!
+//! ```compile_fail,E0560
+//! use halflight_shared_shaders::ssdo::gather::Params;
+//! let params = Params { scale: 4.0, radios: 1.5, intensity: 1.0 };
+//! ```
+//!
+//! A variant that does not exist:
+//!
+//! ```compile_fail,E0560
+//! use halflight_shared_shaders::composite::Features;
+//! let shader = Features { float64: true, ..Features::default() }.shader();
+//! ```
+//!
+//! A field of the wrong type:
+//!
+//! ```compile_fail,E0308
+//! use halflight_shared_shaders::ssdo::gather::Params;
+//! let params = Params { scale: 4.0, radius: 1u32, intensity: 1.0 };
+//! ```
+//!
+//! A constant that the shader lacks:
+//!
+//! ```compile_fail,E0560
+//! use halflight_shared_shaders::ssdo::gather::Constants;
+//! let constants = Constants { samples: 64, radiometric: true, levels: 4 };
 //! ```
 
 mod call;

@@ -24,6 +24,7 @@ use halflight_renderer::{
     parameters::{Settings, Value, check_settings},
 };
 use halflight_scenes::{Camera, Scene};
+use halflight_shared_shaders::{Call, hierarchical::fetch};
 use halflight_techniques::{hierarchical, invocation::parse_size};
 use wgpu::TextureFormat;
 
@@ -104,9 +105,12 @@ fn add_fetches(plan: &mut FramePlan) {
         let Some((surfels, size)) = surfels(plan, &gather) else { continue };
         let name = gather.name.replace("gather", "fetch");
         let sums = plan.texture(format!("{name}_sums"), size, TextureFormat::Rgba32Float, "sums of fetched texels");
-        let fetch = plan.pass(Part::Technique, name, "hierarchical/fetch").because("roofline");
-        let fetch = gather.params.into_iter().fold(fetch, |fetch, (field, value)| fetch.param(field, value));
-        fetch.constants(&gather.constants).bind("surfels", surfels).bind("sums", sums).over(size);
+        // The fetches take their numbers from the gather, which has more of them.
+        let shader = fetch::Features::default().shader();
+        let constants = gather.constants.into_iter().filter(|(name, _)| shader.overrides.contains(name)).collect();
+        let bindings = vec![("surfels", surfels), ("sums", sums)];
+        let call = Call { shader, bindings, params: gather.params, constants };
+        plan.pass(Part::Technique, name, call).because("roofline").over(size);
         // Next to its gather, so that both meet the same caches and the same load of the machine.
         let place = plan.passes.iter().position(|pass| pass.name == gather.name).map_or(0, |index| index + 1);
         plan.passes[place..].rotate_right(1);

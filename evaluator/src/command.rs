@@ -19,7 +19,6 @@ mod explain;
 mod list;
 mod render;
 mod run;
-mod stability;
 mod truth;
 
 /// Measures screen-space indirect illumination: what each millisecond buys.
@@ -42,8 +41,6 @@ enum Command {
     Truth(truth::TruthArgs),
     /// Split the error of a technique into its sources: noise, estimator, missing visibility, light off the screen.
     Explain(explain::ExplainArgs),
-    /// Run every technique through extremes, invariances and faults: what stays sound, and by how much.
-    Stability(stability::StabilityArgs),
     /// Compare two EXR or PNG images by every metric.
     Compare {
         /// The image.
@@ -119,7 +116,6 @@ pub fn main() -> ExitCode {
         Command::Truth(args) => truth::main(&args),
         Command::Compare { image, reference, json } => compare(&image, &reference, json),
         Command::Explain(args) => explain::main(&args),
-        Command::Stability(args) => stability::main(&args),
         Command::List(args) => list::main(&args),
     };
     match result {

@@ -28,7 +28,8 @@ impl Error {
         }
     }
 
-    pub(crate) fn unwritable(path: &Path, reason: impl std::fmt::Display) -> Self {
+    /// A file that cannot be written, and why.
+    pub fn unwritable(path: &Path, reason: impl std::fmt::Display) -> Self {
         Self::BadInput(format!("cannot write {}: {reason}", path.display()))
     }
 

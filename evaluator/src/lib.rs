@@ -25,10 +25,9 @@ pub mod compare;
 pub mod error;
 pub mod experiment;
 pub mod explain;
-mod format;
+pub mod format;
 pub mod plan_graph;
 pub mod progress;
 pub mod report;
-pub mod stability;
 
 pub use error::Error;

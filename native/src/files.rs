@@ -35,14 +35,14 @@ pub fn write_whole<E: From<io::Error>>(
 ///
 /// # Errors
 /// Whatever the file system reports.
-pub fn write_new(folder: &Path, name: &str, contents: &str) -> io::Result<String> {
+pub fn write_new(folder: &Path, name: &str, contents: &[u8]) -> io::Result<String> {
     let (stem, extension) =
         name.rsplit_once('.').map_or((name, String::new()), |(stem, end)| (stem, format!(".{end}")));
     let mut free = name.to_owned();
     for number in 2.. {
         match File::create_new(folder.join(&free)) {
             Ok(mut file) => {
-                let written = file.write_all(contents.as_bytes());
+                let written = file.write_all(contents);
                 if written.is_err() {
                     // The first error is the one to report.
                     let _ = fs::remove_file(folder.join(&free));
@@ -89,10 +89,11 @@ mod tests {
     fn a_new_file_never_replaces_another() {
         let folder = std::env::temp_dir().join(format!("halflight-new-files-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
-        let names: Vec<String> = (0..3).map(|i| write_new(&folder, "preset.toml", &format!("{i}")).unwrap()).collect();
+        let names: Vec<String> =
+            (0..3).map(|i| write_new(&folder, "preset.toml", format!("{i}").as_bytes()).unwrap()).collect();
         assert_eq!(names, ["preset.toml", "preset (2).toml", "preset (3).toml"]);
         assert_eq!(fs::read(folder.join("preset.toml")).unwrap(), b"0");
-        assert!(write_new(&folder.join("preset.toml"), "a", "").is_err(), "a file is no folder");
+        assert!(write_new(&folder.join("preset.toml"), "a", b"").is_err(), "a file is no folder");
         fs::remove_dir_all(folder).unwrap();
     }
 }

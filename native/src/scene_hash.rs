@@ -14,11 +14,22 @@ use crate::cache::{Key, KeyInputs};
 pub fn scene_hash(scene: &Scene) -> Key {
     let mut inputs = KeyInputs::default();
     // Everything is destructured, so that a new field cannot be left out. Names of parts and warnings change no result.
-    let Scene { name, meshes, materials, textures, lights, camera, extra_cameras, environment, moves, warnings: _ } =
-        scene;
+    let Scene {
+        name,
+        meshes,
+        materials,
+        textures,
+        lights,
+        camera,
+        extra_cameras,
+        environment,
+        moves,
+        warnings: _,
+        models: _,
+    } = scene;
     inputs.add_text(name);
     inputs.add(&[meshes.len(), materials.len(), textures.len(), lights.len(), extra_cameras.len()].map(|n| n as u64));
-    for Mesh { name: _, positions, normals, uvs, indices, material, object } in meshes {
+    for Mesh { name: _, positions, normals, uvs, indices, material, object, model: _ } in meshes {
         inputs.add(positions).add(normals).add(uvs).add(indices).add(&[*material as u64, index(*object)]);
     }
     for material in materials {

@@ -17,8 +17,9 @@ use halflight_evaluator::{
 use halflight_frame_graph::PassTime;
 use halflight_metrics::{LinearPair, Rgb, mean, percentile, rel_mse, rmse};
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
+use halflight_soundness::scenes::polished;
 use halflight_techniques::invocation::parse_size;
-use halflight_tests::{device, request, scenes::polished};
+use halflight_tests::{device, request};
 
 #[derive(Parser)]
 struct Args {

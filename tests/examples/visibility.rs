@@ -12,8 +12,10 @@ use clap::Parser;
 use glam::{Mat4, Vec3, Vec3A};
 use halflight_evaluator::{
     Error,
-    experiment::reference,
-    experiment::session::{Request, Session, open_scene},
+    experiment::{
+        reference,
+        session::{Request, Session, open_scene},
+    },
 };
 use halflight_metrics::{LinearPair, Rgb, bias, mean, rel_mse, rmse};
 use halflight_renderer::{
@@ -21,11 +23,13 @@ use halflight_renderer::{
     truth::{Request as TruthRequest, Stop},
 };
 use halflight_scenes::{Material, Scene, Texture};
-use halflight_techniques::invocation::parse_size;
-use halflight_tests::{
-    device, known, oracle,
-    voxels::{Grid, answered, answers, surfels_of},
+use halflight_soundness::oracle::{
+    self,
+    pairs::{Level, answered, surfels_of},
+    voxels::Grid,
 };
+use halflight_techniques::invocation::parse_size;
+use halflight_tests::{device, known};
 use obvhs::{
     cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh},
     ploc::{PlocBuilder, PlocSearchDistance, SortPrecision},
@@ -160,14 +164,13 @@ fn rays(args: &Args, session: &Session) -> Result<(), Error> {
     );
     for (kind, downsampling) in kinds(session).filter(|(kind, _)| *kind != "off") {
         let settings = settings(args, &[("visibility", kind), ("visibility_downsampling", downsampling)])?;
-        let (frames, levels) = answered(session, &settings, args.size, args.pairs);
+        let (frames, levels) = answered(session, &settings, args.size, args.pairs)?;
         let to_world = frames.view().world_to_view.inverse();
-        let scale = args.size[0].div_ceil(levels[0].0.size[0]);
+        let scale = args.size[0].div_ceil(levels[0].surfels.size[0]);
         let mut grid = Grid::read(&frames, scale);
-        for (k, (surfels, pairs)) in levels.iter().enumerate() {
-            let seen = answers(&frames, k as u32);
+        for (k, Level { surfels, pairs, seen }) in levels.iter().enumerate() {
             let (mut hidden, mut leaks, mut dark) = (0, 0, 0);
-            for (&pair, &seen) in pairs.iter().zip(&seen) {
+            for (&pair, &seen) in pairs.iter().zip(seen) {
                 let open = geometry.sees(surfels_of(surfels, pair), to_world);
                 hidden += usize::from(!open);
                 leaks += usize::from(seen && !open);

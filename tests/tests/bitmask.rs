@@ -4,19 +4,16 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
-use halflight_evaluator::{
-    experiment::session::{Frames, Session},
-    stability::corner::{corner, seen_of_the_other},
-};
+use halflight_evaluator::experiment::session::{Frames, Session};
 use halflight_native::{images::Rgb, truth::TruthSource};
 use halflight_renderer::truth::{Request as TruthRequest, Stop, Truth};
 use halflight_scenes::{Environment, Mesh, Scene};
-use halflight_tests::{
-    bitmask::Gather,
-    bundled, device, frames, mean_luminance,
-    oracle::{GBuffer, Pixel},
-    request, scenes,
+use halflight_soundness::{
+    oracle::{GBuffer, Pixel, sectors::Gather},
+    scenes,
+    suite::corner::{corner, seen_of_the_other},
 };
+use halflight_tests::{bundled, device, frames, mean_luminance, request};
 
 /// What each pixel shows, in world space.
 fn world(frames: &Frames) -> Vec<Option<(DVec3, DVec3)>> {

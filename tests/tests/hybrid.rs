@@ -10,7 +10,8 @@ use halflight_renderer::{
     truth::{Request, Stop},
 };
 use halflight_scenes::{Keyframe, Light, Material, Motion, Scene};
-use halflight_tests::{device, frames, known, mean_luminance, render, request, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{device, frames, known, mean_luminance, render, request, settings};
 
 const SIZE: [u32; 2] = [96, 54];
 

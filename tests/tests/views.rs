@@ -12,7 +12,8 @@ use halflight_renderer::{
     truth::{Request as TruthRequest, Stop},
 };
 use halflight_scenes::{Camera, Light, Scene};
-use halflight_tests::{device, frames, known, mean_luminance, render, request, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{device, frames, known, mean_luminance, render, request, settings};
 
 /// Floor and wall, and before the wall a panel whose back is lit: its light falls on what the camera sees, but the lit side
 /// does not show. The extra camera stands beside the panel and sees both.

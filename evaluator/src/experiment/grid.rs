@@ -78,7 +78,11 @@ impl Grid {
         Self::parse(path, &text).map_err(|e| Error::BadInput(e.to_string()))
     }
 
-    pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, SceneError> {
+    /// Reads the text of a grid file; `path` appears in messages.
+    ///
+    /// # Errors
+    /// As [`Grid::read`], without the file being read.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, SceneError> {
         let source = Source { path, text };
         let document = source.parse()?;
         let file = Table::file(source, &document, &KEYS)?;

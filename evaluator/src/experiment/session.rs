@@ -6,7 +6,7 @@ use std::{
 };
 
 use halflight_frame_graph::{
-    CompiledGraph, Continuity, Externals, FramePlan, Gpu, ResourceKind, View,
+    CompiledGraph, Continuity, Externals, FramePlan, Gpu, ResourceId, ResourceKind, View,
     scan::{Scan, Scanned},
 };
 use halflight_native::{
@@ -127,19 +127,16 @@ impl<'a> Session<'a> {
     /// # Errors
     /// A setting out of range, or a size that the device cannot hold.
     pub fn frames(&self, request: &Request) -> Result<Frames<'a>, Error> {
-        self.frames_changed(request, |_| ())
+        self.frames_of(&self.facts, request)
     }
 
-    /// As [`Session::frames`], with a plan that `change` has modified.
+    /// As [`Session::frames`], with a plan that starts from other facts about the same scene.
     ///
     /// # Errors
     /// As [`Session::frames`].
-    pub fn frames_changed(&self, request: &Request, change: impl FnOnce(&mut FramePlan)) -> Result<Frames<'a>, Error> {
+    pub fn frames_of(&self, facts: &SceneFacts, request: &Request) -> Result<Frames<'a>, Error> {
         let direct = if request.direct.is_some() { DirectSource::Given } else { DirectSource::Rendered };
-        let mut plan = plan_frame(&self.facts, request.technique, &request.settings, request.size, direct);
-        if let Ok(plan) = &mut plan {
-            change(plan);
-        }
+        let plan = plan_frame(facts, request.technique, &request.settings, request.size, direct);
         let mut externals = Externals { scene: Some(&self.buffers), ..Default::default() };
         if let Some(direct) = request.direct {
             externals.textures.insert("direct", upload(&self.native.gpu, request.size, direct));
@@ -268,7 +265,7 @@ impl Frames<'_> {
     pub fn read_all(&self) -> Result<Vec<(String, Texels)>, Error> {
         let mut all = Vec::new();
         for (index, resource) in self.plan().resources.iter().enumerate() {
-            let texture = self.recording.texture(halflight_frame_graph::ResourceId(index));
+            let texture = self.recording.texture(ResourceId(index));
             if let Some(texture) = texture.filter(|t| decoder(t.format()).is_some()) {
                 all.push((resource.name.clone(), read_rgba(self.gpu, texture)?));
             }
@@ -288,15 +285,28 @@ impl Frames<'_> {
         Ok(scan.found(&bytes))
     }
 
+    /// The plan's texture of this name; `None` where there is no such texture.
+    pub fn texture(&self, resource: &str) -> Option<&wgpu::Texture> {
+        self.recording.texture(self.resource(resource)?)
+    }
+
+    /// The plan's buffer of this name; `None` where there is no such buffer.
+    pub fn buffer(&self, resource: &str) -> Option<&wgpu::Buffer> {
+        self.recording.buffer(self.resource(resource)?)
+    }
+
+    fn resource(&self, name: &str) -> Option<ResourceId> {
+        self.plan().resources.iter().position(|resource| resource.name == name).map(ResourceId)
+    }
+
     /// The bytes of the plan's texture of this name, rows packed without padding; `None` where there
     /// is no such texture.
     ///
     /// # Errors
     /// Where the device was lost.
     pub fn read_bytes(&self, resource: &str) -> Result<Option<Vec<u8>>, Error> {
-        let index = self.plan().resources.iter().position(|r| r.name == resource);
-        let texture = index.and_then(|index| self.recording.texture(halflight_frame_graph::ResourceId(index)));
-        texture.map(|t| read_texture(self.gpu, t).map_err(|e| Error::Failed(e.to_string()))).transpose()
+        let read = |texture| read_texture(self.gpu, texture).map_err(|e| Error::Failed(e.to_string()));
+        self.texture(resource).map(read).transpose()
     }
 
     /// The bytes of the plan's buffer of this name; `None` where there is no such buffer.
@@ -304,9 +314,8 @@ impl Frames<'_> {
     /// # Errors
     /// Where the device was lost.
     pub fn read_buffer(&self, resource: &str) -> Result<Option<Vec<u8>>, Error> {
-        let index = self.plan().resources.iter().position(|r| r.name == resource);
-        let buffer = index.and_then(|index| self.recording.buffer(halflight_frame_graph::ResourceId(index)));
-        buffer.map(|b| read_buffer(self.gpu, b).map_err(|e| Error::Failed(e.to_string()))).transpose()
+        let read = |buffer| read_buffer(self.gpu, buffer).map_err(|e| Error::Failed(e.to_string()));
+        self.buffer(resource).map(read).transpose()
     }
 
     /// Mean of an output over frames `0..count`, and its standard deviation over them, averaged over

@@ -25,9 +25,10 @@ use std::path::Path;
 use halflight_metrics::mean;
 use halflight_native::{NativeGpu, cache::Cache, images::Rgb, truth::TruthSource};
 use halflight_renderer::{
-    gi::{Technique, rsm::send_only_what_is_seen},
+    gi::{Technique, rsm::has_light_views},
     parameters::{Settings, Value},
     plan_technique_of_scene,
+    scene::SceneFacts,
     truth::{Estimate, Request as TruthRequest, Stop},
 };
 use halflight_scenes::Scene;
@@ -138,7 +139,7 @@ impl Explanation {
         }
         push(&mut states, "noise", run.converged(&options.settings, Senders::All)?);
         let plan = plan_technique_of_scene(&session.facts, options.technique, &options.settings, options.size);
-        let other_views = plan.map_err(bad)?.passes.iter().any(|pass| pass.shader.starts_with("light_views/"));
+        let other_views = has_light_views(&plan.map_err(bad)?);
         let visible = without_visibility(options.technique, &options.settings).filter(|_| !other_views);
         let open = visible.as_ref().map(|settings| run.converged(settings, Senders::All)).transpose()?;
         if other_views && session.facts.emitters.is_empty() {
@@ -355,11 +356,8 @@ impl Run<'_> {
             seed,
             direct: (!rendered).then_some(self.direct),
         };
-        self.session.frames_changed(&request, |plan| {
-            if senders == Senders::Seen {
-                send_only_what_is_seen(plan);
-            }
-        })
+        let facts = SceneFacts { only_seen_surfaces_send: senders == Senders::Seen, ..self.session.facts.clone() };
+        self.session.frames_of(&facts, &request)
     }
 
     /// `albedo * indirect` of one frame. `rendered` says where its direct light comes from; `other` is added to the seed.

@@ -11,7 +11,8 @@ use halflight_renderer::{
     scene::{SceneBuffers, SceneFacts, camera_view},
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Motion, Moves, Scene};
-use halflight_tests::{bundled, device, frames, known, request, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{bundled, device, frames, known, request, settings};
 
 use super::*;
 

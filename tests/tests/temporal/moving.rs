@@ -4,7 +4,8 @@ use glam::{Mat4, Vec3};
 use halflight_evaluator::experiment::session::Session;
 use halflight_native::images::Rgb;
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Motion, Moves, Scene};
-use halflight_tests::{bundled, device, frames, request, scenes};
+use halflight_soundness::scenes;
+use halflight_tests::{bundled, device, frames, request};
 
 use super::*;
 

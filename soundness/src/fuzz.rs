@@ -13,6 +13,7 @@ use std::{
 use glam::Vec3;
 use halflight_evaluator::{Error, experiment::grid::Grid, progress::Progress};
 use halflight_native::files::write_whole;
+use halflight_output::{OutputFolder, terminal};
 use halflight_renderer::parameters::Settings;
 use halflight_scenes::{Light, MemoryFiles, Scene, load_scene};
 use halflight_techniques::preset::Preset;
@@ -410,7 +411,8 @@ pub fn run(count: u64, seed: u64, folder: Option<&Path>) -> Result<Outcome, Erro
                 let bytes = smallest(reader, &bytes);
                 let fault = reader.fault(&bytes).unwrap_or(fault);
                 if let Some(folder) = folder {
-                    write(&folder.join(format!("fuzz_{}_{}", outcome.faults.len(), reader.file())), &bytes)?;
+                    let name = format!("fuzz_{}_{}", outcome.faults.len(), reader.file());
+                    write(&OutputFolder::open(folder).claim(&name)?, &bytes)?;
                 }
                 outcome.faults.push((reader, fault, bytes));
             }
@@ -456,7 +458,7 @@ impl Watch {
                     let place = folder.unwrap_or_default().join(format!("fuzz_hangs_{name}"));
                     let written =
                         write(&place, &bytes).map_or_else(|e| e.to_string(), |()| place.display().to_string());
-                    eprintln!("error: a reader hangs over damaged file {now}: {written}");
+                    terminal::note(format_args!("error: a reader hangs over damaged file {now}: {written}"));
                     std::process::exit(1);
                 }
             }

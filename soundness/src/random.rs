@@ -13,12 +13,13 @@ use halflight_evaluator::{
     progress::Progress,
 };
 use halflight_native::{AdapterChoice, NativeGpu, files::write_whole};
+use halflight_output::OutputFolder;
 use halflight_renderer::{
     gi::Technique,
     parameters::{Kind, Parameter, Role, Settings, Value},
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Material, Mesh, Motion, Scene, write_scene};
-use halflight_techniques::{TECHNIQUES, preset::Preset};
+use halflight_techniques::{TECHNIQUES, invocation::Invocation, preset::Preset};
 use proptest::{
     prelude::*,
     strategy::ValueTree,
@@ -357,16 +358,19 @@ impl Configuration {
         let files = write_scene(&self.scene(), &name).map_err(|e| Error::Failed(e.to_string()))?;
         let settings = with_small_shadows(&self.settings());
         let preset = Preset { technique: self.technique(), settings }.to_toml();
-        let [w, h] = self.size;
-        let command = format!(
-            "# {fault}\n# evaluator render --scene {name}.toml --preset {name}.preset.toml --size {w}x{h} --seed {} \
-             --frame {} --check --out {name}.exr\n",
-            self.seed,
-            self.frames - 1
-        );
+        let command = Invocation::evaluator("render")
+            .option("scene", format_args!("{name}.toml"))
+            .option("preset", format_args!("{name}.preset.toml"))
+            .size(self.size)
+            .option("seed", self.seed)
+            .option("frame", self.frames - 1)
+            .flag("check", true)
+            .option("out", format_args!("{name}.exr"));
+        let command = format!("# {fault}\n# {command}\n");
         let preset = (format!("{name}.preset.toml"), (command + &preset).into_bytes());
+        let folder = OutputFolder::open(folder);
         for (file, bytes) in files.into_iter().chain([preset]) {
-            let path = folder.join(file);
+            let path = folder.claim(&file)?;
             write_whole(&path, |file| std::io::Write::write_all(file, &bytes))
                 .map_err(|e: std::io::Error| Error::unwritable(&path, e))?;
         }

@@ -1,28 +1,30 @@
-//! The viewer in a desktop window: `halflight [STATE]`, where STATE is what stands behind the # of a link.
+//! The viewer in a desktop window: `halflight [STATE]`, where STATE is the part of a link after the #.
 
 use std::{
-    env, fs,
+    env,
     process::ExitCode,
     sync::{Arc, Mutex, PoisonError},
 };
 
 use eframe::egui::{self, ViewportBuilder, ViewportCommand};
+use halflight_native::files::write_new;
+use halflight_output::{PrintError, terminal};
 use halflight_viewer::{Host, Viewer, configuration};
 
 const HELP: &str = "\
-The Halflight viewer in a window.
+The Halflight viewer in a desktop window.
 
 Usage: halflight [STATE]
 
-  STATE  What to show: the part of a link behind its #, for example \"scene=atrium&size=1280x720\"
+  STATE  What to show: the part of a link after the #, for example \"scene=atrium&size=1280x720\"
 ";
 
-/// Lost devices after which the window is not opened again.
+/// Number of lost devices after which the window is no longer reopened.
 const MOST_LOSSES: u32 = 3;
 
 /// The window around the viewer.
 struct Window {
-    /// The state that is shown, for the time after a lost device.
+    /// The current state, to reopen the window with it after a lost device.
     address: Arc<Mutex<String>>,
 }
 
@@ -35,10 +37,10 @@ impl Host for Window {
         format!("halflight \"{state}\"")
     }
 
-    fn save(&mut self, name: &str, contents: &str) -> String {
+    fn save(&mut self, name: &str, contents: &[u8]) -> String {
         let folder = env::current_dir().unwrap_or_default();
-        match fs::write(folder.join(name), contents) {
-            Ok(()) => format!("{name} lies in {}", folder.display()),
+        match write_new(&folder, name, contents) {
+            Ok(name) => format!("{name} is saved in {}", folder.display()),
             Err(error) => {
                 format!("{name} cannot be written to {} ({error}); start halflight in another folder", folder.display())
             }
@@ -54,38 +56,47 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let address = match arguments.as_slice() {
         [flag] if ["-h", "--help"].contains(&flag.as_str()) => {
-            print!("{HELP}");
-            return ExitCode::SUCCESS;
+            return match terminal::print(HELP) {
+                Ok(()) | Err(PrintError::Closed) => ExitCode::SUCCESS,
+                Err(error) => {
+                    terminal::note(format_args!("error: {error}"));
+                    ExitCode::from(error.exit_code())
+                }
+            };
         }
         [] => String::new(),
         [state] => state.trim_start_matches('#').to_owned(),
         [_, extra, ..] => {
-            eprintln!("error: halflight takes one state and no {extra}: put the state in quotes, because of its &");
+            terminal::note(format_args!(
+                "error: unexpected argument {extra}: give one state, in quotes because it contains &"
+            ));
             return ExitCode::from(2);
         }
     };
     let address = Arc::new(Mutex::new(address));
     for _ in 0..=MOST_LOSSES {
         match open(&address) {
-            Ok(true) => eprintln!("the graphics device was lost: the window is opened again"),
+            Ok(true) => terminal::note("the graphics device was lost; reopening the window"),
             Ok(false) => return ExitCode::SUCCESS,
             Err(error) => {
-                eprintln!("error: {error}: check that a display and a Vulkan, Metal or DirectX 12 driver are there");
+                terminal::note(format_args!(
+                    "error: {error}: check that there is a display and a Vulkan, Metal or DirectX 12 driver"
+                ));
                 return ExitCode::FAILURE;
             }
         }
     }
-    eprintln!("error: the graphics device is lost again and again: choose a smaller size or fewer samples");
+    terminal::note("error: the graphics device was lost several times: use a smaller size or fewer samples");
     ExitCode::FAILURE
 }
 
-/// Opens the window until it is closed; whether that was because the device was lost.
+/// Opens the window and returns when it is closed: true if the device was lost.
 fn open(address: &Arc<Mutex<String>>) -> eframe::Result<bool> {
     let viewport =
         ViewportBuilder::default().with_title("Halflight").with_inner_size([1280.0, 760.0]).with_drag_and_drop(true);
     let options = eframe::NativeOptions { viewport, wgpu_options: configuration(), ..Default::default() };
     let lost = Arc::new(Mutex::new(false));
-    let (noted, address) = (lost.clone(), address.clone());
+    let (set_lost, address) = (lost.clone(), address.clone());
     eframe::run_native(
         "halflight",
         options,
@@ -93,8 +104,8 @@ fn open(address: &Arc<Mutex<String>>) -> eframe::Result<bool> {
             let start = address.lock().unwrap_or_else(PoisonError::into_inner).clone();
             let ctx: egui::Context = context.egui_ctx.clone();
             let viewer = Viewer::new(context, Box::new(Window { address }), &start, move |reason| {
-                eprintln!("{reason}");
-                *noted.lock().unwrap_or_else(PoisonError::into_inner) = true;
+                terminal::note(reason);
+                *set_lost.lock().unwrap_or_else(PoisonError::into_inner) = true;
                 ctx.send_viewport_cmd(ViewportCommand::Close);
             })?;
             Ok(Box::new(viewer))

@@ -1,16 +1,17 @@
-//! Writes the environment maps of the bundled scenes, 64x32 directions each.
+//! Writes the environment maps of the bundled scenes, 64x32 texels each.
 //!
 //!     cargo run -p halflight-scenes --example skies
 //!
-//! `sky.exr` is warm on the right and blue on the left, over a dark ground. `directions.exr` holds directions themselves:
-//! light of this sky, taken back by `2 light / openness - 1`, is the mean direction from which a surface is lit.
+//! `sky.exr` is warm on the right and blue on the left, above a dark ground. `directions.exr` stores directions as
+//! colours: `2 light / visibility - 1` is then the mean direction of incidence on a surface, with the ambient visibility.
+#![allow(clippy::disallowed_macros, reason = "an example for developers")]
 
 use std::{f32::consts::PI, path::Path, process::ExitCode};
 
 use exr::prelude::write_rgb_file;
 use glam::{Vec3, vec3};
 
-/// Directions along a parallel and along a meridian.
+/// Number of texels in longitude and latitude.
 const SIZE: [usize; 2] = [64, 32];
 
 fn main() -> ExitCode {
@@ -26,14 +27,14 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Direction to the middle of a texel: `latlong` of `common/environment.wgsl` the other way round.
+/// Direction through the centre of a texel: the inverse of `latlong` in `common/environment.wgsl`.
 fn direction(x: usize, y: usize) -> Vec3 {
     let longitude = ((x as f32 + 0.5) / SIZE[0] as f32 - 0.5) * 2.0 * PI;
     let latitude = (y as f32 + 0.5) / SIZE[1] as f32 * PI;
     vec3(latitude.sin() * longitude.sin(), latitude.cos(), -latitude.sin() * longitude.cos())
 }
 
-/// A white zenith between a low sun behind haze and a clear half. The ground sends a hundredth.
+/// A white zenith between a warm and a blue horizon. The radiance of the ground is a hundredth of the sky's.
 fn sky(direction: Vec3) -> Vec3 {
     let right = direction.x.max(0.0).powi(2);
     let left = direction.x.min(0.0).powi(2);
@@ -41,7 +42,7 @@ fn sky(direction: Vec3) -> Vec3 {
     if direction.y > 0.0 { above } else { 0.01 * above }
 }
 
-/// -1..1 of each axis as 0..1: light has no sign.
+/// The direction with each axis mapped from -1..1 to 0..1, because radiance cannot be negative.
 fn directions(direction: Vec3) -> Vec3 {
     0.5 * direction + 0.5
 }

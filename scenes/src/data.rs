@@ -1,33 +1,72 @@
-//! The scene as data. Every position and direction is in world space.
+//! The scene as plain data. Positions and directions are in world space.
 
 use glam::{Mat4, Vec3};
 
-use crate::Moves;
+use crate::moves::Moves;
 
-/// A complete scene: everything that a frame or a path tracer reads.
+/// A complete scene: everything that a renderer or a path tracer reads.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
-    /// Name used in tables and file names.
+    /// Name for tables and file names.
     pub name: String,
-    /// Triangle meshes, world space, one material each.
+    /// Models that meshes were loaded from. [`Mesh::model`] refers to them by index.
+    pub models: Vec<Model>,
+    /// Triangle meshes in world space, one material each.
     pub meshes: Vec<Mesh>,
     /// Materials that meshes refer to by index.
     pub materials: Vec<Material>,
     /// Textures that materials refer to by index.
     pub textures: Vec<Texture>,
-    /// Delta lights.
+    /// Punctual lights (directional, point, spot).
     pub lights: Vec<Light>,
-    /// The camera that a render uses unless it is told otherwise.
+    /// The camera that a render uses by default.
     pub camera: Camera,
-    /// Cameras that stand still and see light which the display's camera does not: techniques on the screen may gather
-    /// in their images, too (Soler et al. 2009, Figure 9).
+    /// Static cameras beside the main one. A screen-space technique may gather light from their images, too
+    /// (Soler et al. 2009, Figure 9).
     pub extra_cameras: Vec<Camera>,
-    /// Light from outside the scene, where the scene has any.
+    /// Light from outside the geometry, if any.
     pub environment: Option<Environment>,
-    /// What moves; empty for a still scene. Everything else is the scene at rest.
+    /// Animation; empty for a static scene. Every other field is the scene in its rest pose.
     pub moves: Moves,
-    /// What the loader mended or replaced, one sentence each.
+    /// What the loader fixed or replaced, one sentence each.
     pub warnings: Vec<String>,
+}
+
+/// Where the surfaces of a model come from, and how they were transformed: one `[[model]]` of a scene file.
+///
+/// A saved scene refers to its models by this, so that it needs no copy of their triangles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// The origin of the surfaces.
+    pub source: ModelSource,
+    /// Applied to the vertices when the model was loaded.
+    pub transform: Transform,
+}
+
+/// The origin of a model.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ModelSource {
+    /// A generator, by name: one of [`crate::generators::NAMES`].
+    Generator(String),
+    /// An OBJ file, by its path relative to the scene file.
+    File(String),
+}
+
+/// Scale, then rotation, then translation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transform {
+    /// Translation, scene units.
+    pub translate: [f32; 3],
+    /// Rotations about the fixed axes x, then y, then z, degrees.
+    pub rotate_degrees: [f32; 3],
+    /// Factors along the axes, none of them 0.
+    pub scale: [f32; 3],
+}
+
+impl Default for Transform {
+    fn default() -> Self {
+        Self { translate: [0.0; 3], rotate_degrees: [0.0; 3], scale: [1.0; 3] }
+    }
 }
 
 /// Indexed triangles of one material.
@@ -41,12 +80,15 @@ pub struct Mesh {
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates, one for each position, `v` running downwards (row 0 is the top of the image).
     pub uvs: Vec<[f32; 2]>,
-    /// Three indices a triangle.
+    /// Three indices per triangle.
     pub indices: Vec<u32>,
     /// Index into [`Scene::materials`].
     pub material: usize,
-    /// The motion that moves the mesh, index into [`Moves::objects`]; `None` for one that stands still.
+    /// The motion of the mesh, index into [`Moves::objects`]; `None` for a static mesh.
     pub object: Option<usize>,
+    /// The model that the mesh was loaded from, index into [`Scene::models`]; `None` for a mesh made in memory. Set it
+    /// to `None` when the mesh is edited: a saved scene refers to the model and does not store its triangles.
+    pub model: Option<usize>,
 }
 
 /// A surface. Surfaces are two-sided; the diffuse BRDF is `albedo / pi`.
@@ -54,12 +96,12 @@ pub struct Mesh {
 pub struct Material {
     /// Name in its file.
     pub name: String,
-    /// Diffuse reflectance (`Kd`), linear, each channel 0..1; multiplied by the texture where there is one.
+    /// Diffuse reflectance (`Kd`), linear, each channel 0..1; multiplied by the texture if there is one.
     pub albedo: [f32; 3],
     /// Diffuse texture (`map_Kd`), sRGB-encoded, index into [`Scene::textures`].
     pub albedo_texture: Option<usize>,
-    /// Cut-out texture (`map_d`), index into [`Scene::textures`]; a surface is absent where its
-    /// alpha (or, in an image without transparency, its luminance) is under 0.5.
+    /// Alpha mask (`map_d`), index into [`Scene::textures`]. The surface is absent where the mask is under 0.5. The mask
+    /// is the image's alpha, or its luminance if the image has no transparency.
     pub alpha_texture: Option<usize>,
     /// Emitted radiance (`Ke`), linear, W sr^-1 m^-2.
     pub emission: [f32; 3],
@@ -67,13 +109,13 @@ pub struct Material {
     pub specular: [f32; 3],
     /// Phong exponent (`Ns`), 0..1e6.
     pub phong_exponent: f32,
-    /// Share of the light on the far side that passes (`translucency`), linear, 0..1; 0 is opaque. What passes leaves as from
-    /// a diffuse surface.
+    /// Fraction of the light on the far side that is transmitted (`translucency`), linear, 0..1; 0 is opaque. Transmitted
+    /// light leaves the surface diffusely.
     pub translucency: [f32; 3],
-    /// Absorption inside a translucent body (`absorption`), linear, for each scene unit, 0..1e9: after a way d there
-    /// exp(-absorption d) of the light is left.
+    /// Absorption coefficient inside a translucent body (`absorption`), linear, per scene unit, 0..1e9. Over a distance
+    /// d the transmittance is exp(-absorption d).
     pub absorption: [f32; 3],
-    /// The surface receives indirect light and sends none: techniques take its radiance as a source for 0.
+    /// The surface receives indirect light and sends none: techniques use a radiance of 0 for it as a source.
     pub receive_only: bool,
 }
 
@@ -94,21 +136,21 @@ impl Default for Material {
     }
 }
 
-/// An image as it was stored: 8 bits a channel, colour sRGB-encoded.
+/// An image as stored in its file: 8 bits per channel, colour sRGB-encoded.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Texture {
-    /// File name relative to the scene, for messages and export.
+    /// File name relative to its material library, for messages and export.
     pub name: String,
     /// Width in texels, at least 1.
     pub width: u32,
     /// Height in texels, at least 1.
     pub height: u32,
-    /// `width * height * 4` bytes, RGBA, rows from top to bottom. In a cut-out texture the alpha
-    /// channel is already the mask value (255 opaque), whichever channel the file kept it in.
+    /// `width * height * 4` bytes, RGBA, rows from top to bottom. In an alpha mask the alpha channel holds the mask
+    /// (255 is opaque), whichever channel of the file it came from.
     pub rgba: Vec<u8>,
 }
 
-/// A delta light. Directions are those in which the light travels; they need not be unit length.
+/// A punctual light. Directions are those in which the light travels; they need not be unit length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
     /// Parallel light.
@@ -118,14 +160,14 @@ pub enum Light {
         /// Irradiance at normal incidence, W m^-2.
         irradiance: [f32; 3],
     },
-    /// A point that shines in every direction.
+    /// A point that emits in every direction.
     Point {
         /// World position.
         position: [f32; 3],
         /// Radiant intensity, W sr^-1.
         intensity: [f32; 3],
     },
-    /// A point that shines into a cone; intensity falls linearly in angle from
+    /// A point that emits into a cone. The intensity falls linearly with the angle from
     /// `full_intensity_half_angle_degrees` to `half_angle_degrees`.
     Spot {
         /// World position.
@@ -134,9 +176,9 @@ pub enum Light {
         direction: [f32; 3],
         /// Radiant intensity on the axis, W sr^-1.
         intensity: [f32; 3],
-        /// Edge of the cone, degrees, 0..90.
+        /// Half angle of the cone, degrees, 0..90.
         half_angle_degrees: f32,
-        /// Full intensity inside this angle, degrees, at most `half_angle_degrees`.
+        /// Half angle of full intensity, degrees, at most `half_angle_degrees`.
         full_intensity_half_angle_degrees: f32,
     },
 }
@@ -161,8 +203,8 @@ impl Default for Camera {
 }
 
 impl Camera {
-    /// World to view space. Falls back to another up vector where `up` is parallel to the view
-    /// axis, and to looking along -z where `eye` equals `target`, so the result is always finite.
+    /// World to view space. Always finite: another up vector is used if `up` is parallel to the view axis, and the
+    /// camera looks along -z if `eye` equals `target`.
     pub fn view_matrix(&self) -> Mat4 {
         let eye = Vec3::from(self.eye);
         let forward = (Vec3::from(self.target) - eye).try_normalize().unwrap_or(Vec3::NEG_Z);
@@ -171,26 +213,26 @@ impl Camera {
         glam::camera::rh::view::look_to_mat4(eye, forward, up)
     }
 
-    /// Tangents of the half field of view, (horizontal, vertical), for an image of this size.
+    /// Tangents of half the field of view, [horizontal, vertical], for an image of this size.
     pub fn tan_half_fov(&self, width: u32, height: u32) -> [f32; 2] {
         let vertical = (0.5 * self.vertical_fov_degrees.to_radians()).tan();
         [vertical * width as f32 / height as f32, vertical]
     }
 }
 
-/// Light that arrives from outside all geometry: a map of directions.
+/// Light that arrives from outside the geometry: a latitude-longitude map.
 ///
-/// Longitude runs along rows, latitude along columns: the direction d of the middle of a texel (x, y) has
-/// x = (0.5 + atan2(d.x, -d.z) / 2 pi) width, y = acos(d.y) / pi height. All of a texel has one radiance.
+/// The direction d through the centre of the texel (x, y) satisfies
+/// x = (0.5 + atan2(d.x, -d.z) / 2 pi) width and y = acos(d.y) / pi height. Radiance is constant over a texel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
-    /// File name relative to the scene; `None` for a radiance that was written down.
+    /// File name relative to the scene file; `None` if the scene file gives a constant radiance.
     pub map: Option<String>,
-    /// Texels in a row.
+    /// Texels per row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Radiance, W sr^-1 m^-2, rows from the top.
+    /// Radiance, W sr^-1 m^-2, rows from top to bottom.
     pub texels: Vec<[f32; 3]>,
 }
 
@@ -202,7 +244,7 @@ impl Environment {
 }
 
 impl Scene {
-    /// Corners of the smallest axis-aligned box around all vertices; `None` for an empty scene.
+    /// Axis-aligned bounding box of all vertices as (low, high); `None` for an empty scene.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         self.meshes.iter().flat_map(|mesh| &mesh.positions).map(|&p| Vec3::from(p)).fold(None, |bounds, p| {
             let (low, high) = bounds.unwrap_or((p, p));
@@ -210,13 +252,7 @@ impl Scene {
         })
     }
 
-    /// Whether a mesh of this scene is the skin of solid matter: watertight, and without cut-outs.
-    pub fn is_solid(&self, mesh: &Mesh) -> bool {
-        let cut_out = self.materials.get(mesh.material).is_some_and(|material| material.alpha_texture.is_some());
-        !cut_out && mesh.is_watertight()
-    }
-
-    /// Number of triangles over all meshes.
+    /// Number of triangles in all meshes.
     pub fn triangle_count(&self) -> usize {
         self.meshes.iter().map(|mesh| mesh.indices.len() / 3).sum()
     }

@@ -1,16 +1,16 @@
-//! Facts about a scene, found once at load, that decide what a frame must contain.
+//! Facts about a scene, collected once after loading, that decide what a frame must contain.
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Light, Mesh, Scene};
+use crate::data::{Light, Mesh, Scene};
 
-/// What a scene requires of a frame. A pass, a texture or a shader variant exists in a plan only
-/// where one of these facts or a setting asks for it.
+/// What a scene requires of a frame. A plan contains a pass, a texture or a shader variant only if one of these facts
+/// or a setting requires it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SceneNeeds {
     /// Number of triangles.
     pub triangles: usize,
-    /// Some material has a cut-out texture.
+    /// Some material has an alpha mask.
     pub alpha_tested: bool,
     /// Some material has a diffuse texture.
     pub textured: bool,
@@ -18,13 +18,13 @@ pub struct SceneNeeds {
     pub emitters: bool,
     /// Some material has a specular part.
     pub glossy: bool,
-    /// Some material lets light through.
+    /// Some material is translucent.
     pub translucent: bool,
-    /// Number of meshes that enclose solid matter ([`Mesh::is_watertight`](crate::Mesh::is_watertight)); cut-outs do not.
+    /// Number of solid meshes ([`Scene::is_solid`]).
     pub watertight_meshes: usize,
-    /// Number of meshes that do not.
+    /// Number of other meshes.
     pub open_meshes: usize,
-    /// Number of those that have cut-outs.
+    /// Number of meshes with an alpha mask.
     pub cut_out_meshes: usize,
     /// Number of directional lights.
     pub directional_lights: usize,
@@ -32,22 +32,22 @@ pub struct SceneNeeds {
     pub spot_lights: usize,
     /// Number of point lights.
     pub point_lights: usize,
-    /// Light arrives from outside the geometry.
+    /// There is light from outside the geometry.
     pub environment: bool,
-    /// Number of motions that move triangles.
+    /// Number of animated objects.
     pub moving_objects: usize,
-    /// Some light moves.
+    /// Some light is animated.
     pub moving_lights: bool,
-    /// Some surface receives light and sends none.
+    /// Some surface receives indirect light and sends none.
     pub receive_only: bool,
 }
 
 impl SceneNeeds {
-    /// Collects the facts. Materials that no mesh uses do not count.
+    /// Collects the facts. Materials that no mesh uses are ignored.
     pub fn of(scene: &Scene) -> Self {
         let drawn = || scene.meshes.iter().filter(|m| !m.indices.is_empty());
         let used = || drawn().filter_map(|m| scene.materials.get(m.material));
-        let has_cut_outs = |m: &&Mesh| scene.materials.get(m.material).is_some_and(|m| m.alpha_texture.is_some());
+        let is_masked = |m: &&Mesh| scene.materials.get(m.material).is_some_and(|m| m.alpha_texture.is_some());
         let watertight = drawn().filter(|mesh| scene.is_solid(mesh)).count();
         let count = |wanted: fn(&Light) -> bool| scene.lights.iter().filter(|&light| wanted(light)).count();
         Self {
@@ -59,7 +59,7 @@ impl SceneNeeds {
             translucent: used().any(|m| m.translucency != [0.0; 3]),
             watertight_meshes: watertight,
             open_meshes: drawn().count() - watertight,
-            cut_out_meshes: drawn().filter(has_cut_outs).count(),
+            cut_out_meshes: drawn().filter(is_masked).count(),
             directional_lights: count(|l| matches!(l, Light::Directional { .. })),
             spot_lights: count(|l| matches!(l, Light::Spot { .. })),
             point_lights: count(|l| matches!(l, Light::Point { .. })),
@@ -74,7 +74,7 @@ impl SceneNeeds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Environment, Material};
+    use crate::data::{Environment, Material};
 
     /// Two triangles of a plain material; a second material that no mesh uses; a third on an empty mesh.
     fn scene(used: Material, other: Material) -> Scene {
@@ -91,13 +91,13 @@ mod tests {
         let plain = SceneNeeds { triangles: 2, open_meshes: 1, ..SceneNeeds::default() };
         assert_eq!(SceneNeeds::of(&scene(Material::default(), Material::default())), plain);
         assert_eq!(SceneNeeds::of(&Scene::default()), SceneNeeds::default());
-        // A mesh whose material is out of range needs nothing of it.
+        // A material index out of range is ignored.
         let lost = Scene { materials: vec![], ..scene(Material::default(), Material::default()) };
         assert_eq!(SceneNeeds::of(&lost), plain);
     }
 
     #[test]
-    fn materials_count_where_a_mesh_uses_them() {
+    fn only_materials_in_use_count() {
         let plain = SceneNeeds { triangles: 2, open_meshes: 1, ..SceneNeeds::default() };
         let default = Material::default;
         for (special, needs) in [

@@ -1,21 +1,30 @@
-//! Whether a mesh encloses matter: what decides how it may be voxelised.
+//! Whether a mesh encloses solid matter, which decides how it may be voxelized.
 
 use std::collections::HashMap;
 
-use crate::Mesh;
+use crate::data::{Mesh, Scene};
+
+impl Scene {
+    /// Whether a mesh of this scene is the boundary of solid matter: watertight and without an alpha mask.
+    pub fn is_solid(&self, mesh: &Mesh) -> bool {
+        let masked = self.materials.get(mesh.material).is_some_and(|material| material.alpha_texture.is_some());
+        !masked && mesh.is_watertight()
+    }
+}
 
 impl Mesh {
-    /// Whether the mesh is the skin of solid matter: every edge has exactly two faces, which run along it in opposite
-    /// directions, and every connected part encloses a positive volume. A closed room fails the last test: what it
-    /// encloses is air. Vertices are the same where their positions are, whatever their normals and texture
-    /// coordinates; triangles without area do not count.
+    /// Whether the mesh is the boundary of solid matter: every edge has exactly two faces, which use it in opposite
+    /// directions, and every connected part encloses a positive volume. A closed room is not watertight in this sense,
+    /// because it encloses air and its volume is negative. Vertices are equal if their positions are, whatever their
+    /// normals and texture coordinates. Triangles of zero area are ignored.
     ///
-    /// Where it holds, counting the faces along a line tells inside from outside (Eisemann and Décoret 2008).
+    /// For a watertight mesh the parity of the faces along a line separates inside from outside (Eisemann and Décoret
+    /// 2008).
     pub fn is_watertight(&self) -> bool {
         let mut corners = HashMap::new();
         let mut welded = Vec::with_capacity(self.positions.len());
         for position in &self.positions {
-            // Adding zero turns -0 into 0, which is the same place.
+            // Adding 0 turns -0 into 0, which is the same position.
             let next = corners.len();
             welded.push(*corners.entry(position.map(|v| (v + 0.0).to_bits())).or_insert(next));
         }
@@ -36,20 +45,20 @@ impl Mesh {
         if edges.is_empty() || edges.values().any(|&faces| faces != [1, 1]) {
             return false;
         }
-        for (triangle, places) in triangles().filter(|(t, _)| !flat(*t)) {
-            // Six times the volume between the triangle and a corner of its own part: from a far origin it would
-            // drown in rounding.
+        for (triangle, vertices) in triangles().filter(|(t, _)| !flat(*t)) {
+            // Six times the signed volume of the tetrahedron between the triangle and a corner of its own part. A far
+            // origin would lose it in rounding.
             let part = parts.of(triangle[0]);
-            let [a, b, c] = places.map(|i| glam::DVec3::from(self.positions[i as usize].map(f64::from)));
+            let [a, b, c] = vertices.map(|i| glam::DVec3::from(self.positions[i as usize].map(f64::from)));
             let origin = parts.origin(part, a);
             volumes[part] += (a - origin).dot((b - origin).cross(c - origin));
         }
-        // Zero stands for corners that are no part's representative.
+        // Corners that represent no part are skipped.
         (0..volumes.len()).all(|i| parts.of(i) != i || parts.origins[i].is_none() || volumes[i] > 0.0)
     }
 }
 
-/// Connected parts: a forest in which every corner leads to its part's representative.
+/// Connected parts as a union-find forest: every corner leads to its part's representative.
 struct Parts {
     parents: Vec<usize>,
     origins: Vec<Option<glam::DVec3>>,
@@ -73,7 +82,7 @@ impl Parts {
         self.parents[a] = b;
     }
 
-    /// The first corner that was asked for in this part.
+    /// The first corner requested for this part.
     fn origin(&mut self, part: usize, corner: glam::DVec3) -> glam::DVec3 {
         *self.origins[part].get_or_insert(corner)
     }
@@ -83,7 +92,7 @@ impl Parts {
 mod tests {
     use super::*;
 
-    /// A unit cube whose faces have vertices of their own, as readers and generators give them.
+    /// A unit cube whose faces have their own vertices, as readers and generators produce them.
     fn cube(at: [f32; 3]) -> Mesh {
         let corner = |i: u32| [(i & 1) as f32 + at[0], (i >> 1 & 1) as f32 + at[1], (i >> 2) as f32 + at[2]];
         let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -109,28 +118,28 @@ mod tests {
     }
 
     #[test]
-    fn closed_skins_around_matter_are_watertight() {
+    fn closed_boundaries_of_solid_matter_are_watertight() {
         assert!(cube([0.0; 3]).is_watertight());
         assert!(cube([1e6, -1e6, 0.0]).is_watertight());
         assert!(joined([cube([0.0; 3]), cube([3.0; 3])]).is_watertight());
-        // A triangle without area closes nothing and opens nothing.
+        // A triangle of zero area changes nothing.
         let mut mesh = cube([0.0; 3]);
         mesh.indices.extend([0, 0, 1]);
         assert!(mesh.is_watertight());
     }
 
     #[test]
-    fn holes_doubled_faces_and_rooms_are_not() {
+    fn holes_duplicate_faces_and_rooms_are_not_watertight() {
         assert!(!Mesh::default().is_watertight());
         let mut open = cube([0.0; 3]);
         open.indices.truncate(33);
         assert!(!open.is_watertight(), "a triangle is missing");
         let mut turned = cube([0.0; 3]);
         turned.indices.swap(1, 2);
-        assert!(!turned.is_watertight(), "a triangle is turned over");
+        assert!(!turned.is_watertight(), "a triangle is flipped");
         let mut double = cube([0.0; 3]);
         double.indices.extend([0, 1, 2]);
-        assert!(!double.is_watertight(), "a face is there twice");
+        assert!(!double.is_watertight(), "a face is duplicated");
         assert!(!inside_out(cube([0.0; 3])).is_watertight(), "a room encloses air");
         assert!(!joined([cube([0.0; 3]), inside_out(cube([3.0; 3]))]).is_watertight(), "a part is a room");
         // Two cubes that share a face's edges: four faces meet there.

@@ -3,7 +3,11 @@
 use std::{io::Write, path::PathBuf, process::ExitCode, time::Instant};
 
 use clap::Parser;
-use halflight_evaluator::{Error, report::markdown, run::COMMIT, session::open_adapter};
+use halflight_evaluator::{
+    Error,
+    experiment::{COMMIT, session::open_adapter},
+    report::document::markdown,
+};
 use halflight_native::{AdapterChoice, files::write_whole};
 
 use crate::{

@@ -16,12 +16,16 @@ use std::{
 
 use halflight_evaluator::{
     Error,
-    grid::Grid,
-    measurement::{Measurement, read_json},
-    run::{RunOptions, run as run_grid},
+    experiment::{
+        RunOptions,
+        grid::Grid,
+        measurement::{Measurement, read_json},
+        run as run_grid,
+    },
 };
 use halflight_native::{AdapterChoice, NativeGpu};
 use halflight_renderer::parameters::Settings;
+use halflight_techniques::invocation::Invocation;
 
 use crate::{check::Check, oracle::Random, panics::caught};
 
@@ -343,7 +347,8 @@ fn lost_device(runs: &Runs) -> Result<Fault, Error> {
     // This process has another working folder.
     grid.scenes = vec![runs.folder.join("scene.toml")];
     let out = runs.out();
-    let options = RunOptions { out: &out, resume: false, shard: (0, 1), command: String::new(), check: false };
+    let options =
+        RunOptions { out: &out, resume: false, shard: (0, 1), command: Invocation::evaluator("run"), check: false };
     let device = native.gpu.device.clone();
     let ended = AtomicBool::new(false);
     let result = std::thread::scope(|scope| {

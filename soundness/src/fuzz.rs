@@ -11,7 +11,7 @@ use std::{
 };
 
 use glam::Vec3;
-use halflight_evaluator::{Error, grid::Grid, progress::Progress};
+use halflight_evaluator::{Error, experiment::grid::Grid, progress::Progress};
 use halflight_native::files::write_whole;
 use halflight_renderer::parameters::Settings;
 use halflight_scenes::{Light, MemoryFiles, Scene, load_scene};

@@ -4,7 +4,7 @@
 use halflight_evaluator::{
     Error,
     format::number,
-    report::tables::{Cell, Column, Table as Printed, TableRow},
+    report::document::table::{Cell, Column, Table as Printed, TableRow},
 };
 use halflight_native::{AdapterChoice, NativeGpu};
 use halflight_shared_shaders::{SHADERS, Shader};

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use halflight_evaluator::session::Frames;
+use halflight_evaluator::experiment::session::Frames;
 
 pub mod pairs;
 pub mod sectors;

@@ -8,8 +8,8 @@ use std::{
 
 use halflight_evaluator::{
     Error,
+    experiment::session::{Request, Session},
     progress::Progress,
-    session::{Request, Session},
 };
 use halflight_native::{AdapterChoice, NativeGpu, files::write_whole};
 use halflight_renderer::parameters::Settings;

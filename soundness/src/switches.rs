@@ -15,7 +15,6 @@ use halflight_renderer::{
 pub fn values(parameter: &Parameter) -> Vec<Value> {
     let mut values = match parameter.kind {
         Kind::Choice(names) => names.iter().map(|name| Value::Text((*name).into())).collect(),
-        Kind::Bool => vec![Value::Bool(false), Value::Bool(true)],
         Kind::Int(low, high) => vec![parameter.default.clone(), Value::Int(low), Value::Int(high)],
         Kind::Float(low, high) => {
             let mut values = vec![parameter.default.clone(), Value::Float(low), Value::Float(high)];
@@ -44,7 +43,6 @@ pub fn outside(parameter: &Parameter) -> Vec<Value> {
             vec![beyond(low, -1.0), beyond(high, 1.0), Value::Float(f64::NAN), Value::Float(f64::INFINITY)]
         }
         Kind::Choice(_) => vec![Value::Text("nonesuch".into()), Value::Int(-1)],
-        Kind::Bool => vec![Value::Text("maybe".into())],
     }
 }
 
@@ -188,6 +186,7 @@ impl Space<'_> {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 mod tests {
     use halflight_techniques::TECHNIQUES;
 

@@ -1,5 +1,6 @@
 //! Faults from outside: killed runs, a full disk, files that vanish, a lost device.
 #![allow(clippy::unwrap_used)]
+#![allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 //! deliberate bugs that must turn rows red. docs/soundness.md has the table of the whole run.
 #![allow(clippy::unwrap_used)]
 
-use halflight_evaluator::session::{Request, Session};
+use halflight_evaluator::experiment::session::{Request, Session};
 use halflight_native::{AdapterChoice, NativeGpu};
 use halflight_renderer::parameters::{Settings, Value};
 use halflight_soundness::{
@@ -75,7 +75,7 @@ fn the_nan_check_counts_what_a_shader_writes() {
             }
         }
         // The message of `--check`.
-        let error = halflight_evaluator::run::check_textures(&[&frames]).unwrap_err().to_string();
+        let error = halflight_evaluator::experiment::check_textures(&[&frames]).unwrap_err().to_string();
         assert!(error.starts_with("final holds 2 NaN and"), "{error}");
     }
 }

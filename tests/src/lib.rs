@@ -7,7 +7,7 @@ use std::{
     sync::OnceLock,
 };
 
-use halflight_evaluator::session::{Frames, Request, Session};
+use halflight_evaluator::experiment::session::{Frames, Request, Session};
 use halflight_native::{
     AdapterChoice, NativeGpu,
     images::{Rgb, luminance},

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::DVec3;
-use halflight_evaluator::session::{Frames, Session};
+use halflight_evaluator::experiment::session::{Frames, Session};
 use halflight_native::images::Rgb;
 use halflight_renderer::{plan_frame, scene::SceneFacts};
 use halflight_scenes::{CameraKeyframe, Light, Moves};

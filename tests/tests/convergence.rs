@@ -4,7 +4,7 @@
 //! number of samples, the start resolution and the radius, as long as the rings cover the screen.
 #![allow(clippy::unwrap_used)]
 
-use halflight_evaluator::session::{Frames, Session};
+use halflight_evaluator::experiment::session::{Frames, Session};
 use halflight_native::images::luminance;
 use halflight_scenes::Scene;
 use halflight_soundness::{oracle::GBuffer, scenes};

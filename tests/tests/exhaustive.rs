@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::{DVec3, Vec3};
-use halflight_evaluator::session::Session;
+use halflight_evaluator::experiment::session::Session;
 use halflight_scenes::{Camera, Scene};
 use halflight_soundness::{
     oracle::{GBuffer, Pixel},

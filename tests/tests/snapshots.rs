@@ -4,7 +4,7 @@
 //! of the processor's vectors or another adapter rounds differently, which the tolerance of [`snapshot`] allows.
 //! `cargo xtask snapshots` runs this test alone, and with `--accept` takes the new images over.
 
-use halflight_evaluator::session::Session;
+use halflight_evaluator::experiment::session::Session;
 use halflight_native::images::{Rgb, tone_map_all};
 use halflight_techniques::TECHNIQUES;
 use halflight_tests::{

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::Vec3;
-use halflight_evaluator::session::Session;
+use halflight_evaluator::experiment::session::Session;
 use halflight_renderer::{plan_technique, scene::SceneFacts};
 use halflight_scenes::Scene;
 use halflight_soundness::{

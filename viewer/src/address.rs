@@ -1,18 +1,19 @@
-//! The state as text, for the page's address: `scene=atrium&size=1280x720&a.hierarchical.samples=16`. Only what differs
-//! from the defaults is written, and what cannot be read is answered with a sentence and left at its default.
+//! The state as text, for links: `scene=atrium&size=1280x720&a.hierarchical.samples=16`. Only values that differ from the
+//! defaults are written. A part that cannot be read is reported and left at its default.
 
 use std::fmt::Write;
 
 use halflight_renderer::parameters::Value;
 use halflight_scenes::{Camera, generators::NAMES};
 use halflight_techniques::{parameters_of, technique};
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 
 use crate::state::{Configuration, DROPPED, LightChange, State, View};
 
 /// Names of the sides in keys.
 const SIDES: [&str; 2] = ["a", "b"];
 
-/// Longest side of a picture, pixels: WebGPU promises textures up to it.
+/// Longest side of a picture, pixels: the texture size that WebGPU guarantees.
 const LARGEST: u32 = 8192;
 
 /// The state as text.
@@ -49,7 +50,7 @@ pub fn write(state: &State) -> String {
     if state.compare {
         add("divider", state.divider.to_string());
     }
-    if !state.truth {
+    if !state.reference {
         add("truth", "off".into());
     }
     if state.frame != 0 {
@@ -61,18 +62,18 @@ pub fn write(state: &State) -> String {
     text
 }
 
-/// The state of a text, and a sentence for each part of it that cannot be used.
+/// The state of a link, and a sentence for each part of it that cannot be used.
 pub fn read(text: &str) -> (State, Vec<String>) {
     let mut state = State::default();
-    let mut complaints = Vec::new();
+    let mut errors = Vec::new();
     for part in text.split('&').filter(|part| !part.is_empty()) {
         let (key, value) = part.split_once('=').unwrap_or((part, ""));
         let (key, value) = (unescape(key), unescape(value));
-        if let Err(mend) = set(&mut state, &key, &value) {
-            complaints.push(format!("the link's {key}={value} cannot be used: {mend}"));
+        if let Err(fix) = set(&mut state, &key, &value) {
+            errors.push(format!("{key}={value} of the link cannot be used: {fix}"));
         }
     }
-    // Settings are checked last, because their technique may stand behind them.
+    // Settings are checked last, because their technique may come after them.
     for (name, side) in SIDES.iter().zip(&mut state.sides) {
         let declared = parameters_of(side.technique());
         side.settings = std::mem::take(&mut side.settings)
@@ -85,15 +86,15 @@ pub fn read(text: &str) -> (State, Vec<String>) {
                 };
                 match checked {
                     Ok(value) => parameter.is_some_and(|p| p.default != value).then_some((key, value)),
-                    Err(mend) => {
-                        complaints.push(format!("the link's {name}.{key}={value} cannot be used: {mend}"));
+                    Err(fix) => {
+                        errors.push(format!("{name}.{key}={value} of the link cannot be used: {fix}"));
                         None
                     }
                 }
             })
             .collect();
     }
-    (state, complaints)
+    (state, errors)
 }
 
 fn set(state: &mut State, key: &str, value: &str) -> Result<(), String> {
@@ -101,7 +102,7 @@ fn set(state: &mut State, key: &str, value: &str) -> Result<(), String> {
     let camera = |state: &mut State| state.camera.unwrap_or_default();
     match key {
         "scene" if value == DROPPED => {
-            return Err("a dropped scene lives only in the page it was dropped on; drop it again".into());
+            return Err("a link cannot contain a dropped scene; drop its files again".into());
         }
         "scene" => {
             NAMES.iter().find(|name| **name == value).ok_or_else(|| wrong(&NAMES.join(", ")))?;
@@ -124,7 +125,7 @@ fn set(state: &mut State, key: &str, value: &str) -> Result<(), String> {
         "exposure" => state.exposure = Some(number(value, -30.0, 30.0)?),
         "divider" => (state.compare, state.divider) = (true, number(value, 0.0, 1.0)?),
         "truth" => {
-            state.truth = match value {
+            state.reference = match value {
                 "on" => true,
                 "off" => false,
                 _ => return Err(wrong("on or off")),
@@ -148,7 +149,7 @@ fn set(state: &mut State, key: &str, value: &str) -> Result<(), String> {
                 state.lights.push((index, change));
                 state.lights.sort_by_key(|(at, _)| *at);
             }
-            _ => return Err("no such part; it is left out".into()),
+            _ => return Err("there is no such key; it is ignored".into()),
         },
     }
     Ok(())
@@ -161,51 +162,27 @@ fn number(text: &str, low: f32, high: f32) -> Result<f32, String> {
 
 fn list<const N: usize>(text: &str) -> Result<[f32; N], String> {
     let numbers: Vec<f32> = text.split(',').filter_map(|v| v.parse().ok()).filter(|v: &f32| v.is_finite()).collect();
-    numbers.try_into().map_err(|_| format!("give {N} numbers with commas between them"))
+    numbers.try_into().map_err(|_| format!("give {N} numbers, separated by commas"))
 }
 
 fn three(text: &str) -> Result<[f32; 3], String> {
     list(text)
 }
 
-/// Display writes the fewest digits that read back as the same float32.
+/// Numbers separated by commas. Display writes the fewest digits that read back as the same float32.
 fn numbers(values: &[f32]) -> String {
     values.iter().map(f32::to_string).collect::<Vec<_>>().join(",")
 }
 
-/// Percent-encodes what has a meaning in an address.
+/// Characters that are percent-encoded: all that have a meaning in an address.
+const ENCODED: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'_').remove(b'.').remove(b',');
+
 fn escape(text: &str) -> String {
-    let mut escaped = String::new();
-    for byte in text.bytes() {
-        if byte.is_ascii_alphanumeric() || b"-_.,".contains(&byte) {
-            escaped.push(char::from(byte));
-        } else {
-            let _ = write!(escaped, "%{byte:02X}");
-        }
-    }
-    escaped
+    utf8_percent_encode(text, ENCODED).to_string()
 }
 
 fn unescape(text: &str) -> String {
-    let mut bytes = Vec::with_capacity(text.len());
-    let mut rest = text.as_bytes();
-    while let [first, tail @ ..] = rest {
-        let code = tail
-            .get(..2)
-            .and_then(|hex| std::str::from_utf8(hex).ok())
-            .and_then(|hex| u8::from_str_radix(hex, 16).ok());
-        match (first, code) {
-            (b'%', Some(code)) => {
-                bytes.push(code);
-                rest = &tail[2..];
-            }
-            _ => {
-                bytes.push(*first);
-                rest = tail;
-            }
-        }
-    }
-    String::from_utf8_lossy(&bytes).into_owned()
+    percent_decode_str(text).decode_utf8_lossy().into_owned()
 }
 
 #[cfg(test)]
@@ -234,7 +211,6 @@ mod tests {
                     Kind::Int(low, high) => vec![Value::Int(low), Value::Int(high)],
                     Kind::Float(low, high) => vec![Value::Float(low), Value::Float(0.1 * low + 0.9 * high)],
                     Kind::Choice(names) => names.iter().map(|name| Value::Text((*name).into())).collect(),
-                    Kind::Bool => vec![Value::Bool(false), Value::Bool(true)],
                 };
                 for value in values {
                     let mut side = Configuration { technique: technique.name, ..Default::default() };
@@ -259,7 +235,7 @@ mod tests {
                 exposure: Some(-1.5),
                 compare: true,
                 divider: 0.123,
-                truth: false,
+                reference: false,
                 frame: 17,
                 seed: u32::MAX,
                 ..State::default()
@@ -268,10 +244,10 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_said_and_left_out() {
+    fn parts_that_cannot_be_read_are_reported_and_ignored() {
         for (text, wanted) in [
-            ("scene=moon", "scene=moon cannot be used: give atrium"),
-            ("scene=dropped", "drop it again"),
+            ("scene=moon", "scene=moon of the link cannot be used: give atrium"),
+            ("scene=dropped", "drop its files again"),
             ("size=12", "WIDTHxHEIGHT"),
             ("size=0x9", "WIDTHxHEIGHT"),
             ("eye=1,2", "give 3 numbers"),
@@ -282,12 +258,12 @@ mod tests {
             ("a.hierarchical.sampels=4", "has no parameter"),
             ("light.0=1,2", "give 7 numbers"),
             ("truth=maybe", "on or off"),
-            ("nonsense", "no such part"),
-            ("%", "no such part"),
+            ("nonsense", "no such key"),
+            ("%", "no such key"),
         ] {
-            let (state, complaints) = read(text);
+            let (state, errors) = read(text);
             assert_eq!(state, State::default(), "{text}");
-            assert!(complaints.len() == 1 && complaints[0].contains(wanted), "{text}: {complaints:?}");
+            assert!(errors.len() == 1 && errors[0].contains(wanted), "{text}: {errors:?}");
         }
     }
 }

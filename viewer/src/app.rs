@@ -1,121 +1,51 @@
-//! The application: its state, and the loop that brings scene, sides and truth in line with it.
+//! The application: its state, and the loop that updates scene, sides and reference from it.
 
-use std::{
-    collections::BTreeMap,
-    sync::{Arc, Mutex, PoisonError},
-};
+use std::sync::{Arc, Mutex, PoisonError};
 
-use eframe::{
-    egui::{self, Rect},
-    egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew},
-};
+use eframe::egui;
 use halflight_frame_graph::Gpu;
-use halflight_scenes::{Camera, Scene};
+use halflight_scenes::{Camera, Light, Scene};
 use web_time::{Duration, Instant};
 
 use crate::{
     address,
-    background::{Background, Subject},
+    host::Host,
+    marks::Marks,
+    playing::{Playing, rotated},
     plot::Trade,
     readback::TextureReading,
-    report::{PassReport, Report, ScannedReport, SideReport},
-    stage::{Side, Stage},
-    state::{LightChange, State},
-    undo::Undo,
+    reference::{ReferenceTracer, Subject},
+    report::{CheckReport, PassReport, Report, SideReport},
+    side::Side,
+    stage::Stage,
+    state::State,
+    style::style,
+    undo::{Undo, commit, undo_from},
 };
 
 mod advance;
+mod bar;
+mod controls;
 mod interface;
 mod receive;
 
-/// Time for which the camera must rest before the path tracer starts.
+/// Time without changes after which the path tracer starts.
 const REST: Duration = Duration::from_millis(500);
-/// Radians a second that a playing light turns.
-const PLAY_SPEED: f32 = 0.4;
-/// Frames for which a scene rests after its last one before it plays again.
-const PLAY_PAUSE: u32 = 12;
 
 /// Parts of the names of software adapters, as browsers give them.
 const SOFTWARE: [&str; 4] = ["swiftshader", "llvmpipe", "lavapipe", "Basic Render"];
 
-/// What the surroundings do for the application: a page or a window.
-pub trait Host {
-    /// Shows the state where a link can be copied from.
-    fn show_address(&mut self, state: &str);
-    /// The link that brings this state back.
-    fn link(&self, state: &str) -> String;
-    /// Gives a file to the user; returns a sentence that says where it went, or why it did not.
-    fn save(&mut self, name: &str, contents: &str) -> String;
-    /// What the host knows of the adapter, where wgpu knows nothing.
-    fn adapter(&self) -> Option<String> {
-        None
-    }
-    /// Called once, when the first picture is on the screen.
-    fn first_picture(&mut self) {}
-    /// Whether files on disk can be read by their path.
-    fn reads_disk(&self) -> bool {
-        false
-    }
-}
+/// Errors of the device, shared with its callbacks.
+type DeviceErrors = Arc<Mutex<Vec<String>>>;
 
-/// What can go wrong with the device, shared with the device's own callbacks.
-type Said = Arc<Mutex<Vec<String>>>;
-
-/// Files that were dropped together, by name, or why they cannot be read.
+/// Files that were dropped together, by name, or why they could not be read.
 type Dropped = Result<Vec<(String, Vec<u8>)>, String>;
-
-/// Places of controls by name, for tests.
-#[derive(Default)]
-pub struct Marks(BTreeMap<String, Rect>);
-
-impl Marks {
-    /// Notes where a control is.
-    pub fn add(&mut self, name: &str, rect: Rect) {
-        self.0.insert(name.to_owned(), rect);
-    }
-}
-
-/// How a device is opened for the application: what the renderer wants of it, nothing else.
-pub fn configuration() -> WgpuConfiguration {
-    let mut setup = WgpuSetupCreateNew::without_display_handle();
-    setup.instance_descriptor.backends = wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY);
-    setup.device_descriptor = Arc::new(|adapter| wgpu::DeviceDescriptor {
-        label: Some("halflight"),
-        required_features: adapter.features() & Gpu::WANTED_FEATURES,
-        required_limits: Gpu::wanted_limits(&adapter.limits()),
-        ..Default::default()
-    });
-    WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..Default::default() }
-}
-
-/// What moves while the picture plays.
-#[derive(Clone, Copy, Debug)]
-struct Playing {
-    /// Number of the frame.
-    frame: u32,
-    /// Angle of the first light, radians, where nothing else moves.
-    angle: f32,
-    /// When the last step was taken.
-    stepped: Instant,
-}
-
-impl Playing {
-    /// The next frame, after `last` the first one again. Steps of light are bounded, so that a slow picture does not leap.
-    fn step(self, last: Option<u32>) -> Self {
-        let seconds = self.stepped.elapsed().as_secs_f32().min(0.1);
-        let frame = match last {
-            Some(last) if self.frame >= last + PLAY_PAUSE => 0,
-            _ => self.frame.wrapping_add(1),
-        };
-        Self { frame, angle: self.angle + PLAY_SPEED * seconds, stepped: Instant::now() }
-    }
-}
 
 /// The interactive application.
 pub struct Viewer {
     ctx: egui::Context,
     host: Box<dyn Host>,
-    /// The state. Change it, and the picture follows.
+    /// The state; the picture follows it.
     state: State,
     undo: Undo,
     shown_address: String,
@@ -123,20 +53,22 @@ pub struct Viewer {
     adapter: String,
     software: bool,
     stage: Option<Stage>,
-    /// Scene of `stage`, or the one that could not be loaded.
+    /// Name of the scene of `stage`, or of the scene that could not be loaded.
     loaded: String,
     dropped: Option<Scene>,
+    /// Whether the loading message is on the screen.
     announced: bool,
     sides: [Option<Side>; 2],
-    complaints: [Option<String>; 2],
-    background: Background,
-    truth_done: bool,
+    /// Why a side could not be drawn with its settings.
+    side_errors: [Option<String>; 2],
+    reference: ReferenceTracer,
+    reference_done: bool,
     trade: Trade,
     exposure: Option<f32>,
     exposure_of: Option<Subject>,
     exposure_reading: Option<(Subject, TextureReading)>,
     messages: Vec<String>,
-    said: Said,
+    device_errors: DeviceErrors,
     inbox: Arc<Mutex<Vec<Dropped>>>,
     playing: Option<Playing>,
     changed: Instant,
@@ -146,17 +78,20 @@ pub struct Viewer {
     benchmark: bool,
     ready: bool,
     settled: bool,
-    /// Sides whose scan somebody looks at.
+    /// Sides whose NaN/Inf check is open in the interface.
     checking: [bool; 2],
     screen: egui::Vec2,
+    /// Changes of shader files.
+    #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+    shader_changes: std::sync::mpsc::Receiver<Result<crate::hot_reload::Changes, String>>,
 }
 
 impl Viewer {
-    /// Opens the application on the device of its host. `address` is a state as a link has it; with `benchmark` in it
-    /// the benchmark page opens.
+    /// Opens the application on the device of its host. `address` is the state of a link; with `benchmark` in it, the
+    /// benchmark page opens. `lost` is called with the reason if the device is lost.
     ///
     /// # Errors
-    /// Where the host has no wgpu device.
+    /// If the host has no wgpu device.
     pub fn new(
         context: &eframe::CreationContext,
         host: Box<dyn Host>,
@@ -164,17 +99,17 @@ impl Viewer {
         lost: impl Fn(String) + Send + 'static,
     ) -> Result<Self, String> {
         let render = context.wgpu_render_state.as_ref().ok_or("the window was opened without a graphics device")?;
-        let said = Said::default();
-        let errors = said.clone();
+        let device_errors = DeviceErrors::default();
+        let errors = device_errors.clone();
         render.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            let mend = "choose a smaller size or a smaller scene, then reload";
+            let fix = "choose a smaller size or a smaller scene, then reload";
             let sentence = match error {
-                wgpu::Error::OutOfMemory { .. } => format!("the graphics device is out of memory: {mend}"),
-                other => format!("the graphics device refused something ({other}): {mend}"),
+                wgpu::Error::OutOfMemory { .. } => format!("the graphics device is out of memory: {fix}"),
+                other => format!("the graphics device reported an error ({other}): {fix}"),
             };
-            let mut said = errors.lock().unwrap_or_else(PoisonError::into_inner);
-            if !said.contains(&sentence) {
-                said.push(sentence);
+            let mut errors = errors.lock().unwrap_or_else(PoisonError::into_inner);
+            if !errors.contains(&sentence) {
+                errors.push(sentence);
             }
         }));
         render.device.set_device_lost_callback(move |reason, message| lost(format!("{reason:?}: {message}")));
@@ -187,13 +122,13 @@ impl Viewer {
         let (mut state, messages) = address::read(&rest.join("&"));
         let benchmark = !benchmark.is_empty();
         if benchmark {
-            state.truth = false;
+            state.reference = false;
         }
-        interface::style(&context.egui_ctx);
+        style(&context.egui_ctx);
         Ok(Self {
             ctx: context.egui_ctx.clone(),
             host,
-            undo: Undo::new(&state),
+            undo: undo_from(&state),
             state,
             shown_address: String::new(),
             gpu: Gpu::new(render.device.clone(), render.queue.clone()),
@@ -204,15 +139,15 @@ impl Viewer {
             dropped: None,
             announced: false,
             sides: [None, None],
-            complaints: [None, None],
-            background: Background::default(),
-            truth_done: false,
+            side_errors: [None, None],
+            reference: ReferenceTracer::default(),
+            reference_done: false,
             trade: Trade::default(),
             exposure: None,
             exposure_of: None,
             exposure_reading: None,
             messages,
-            said,
+            device_errors,
             inbox: Arc::default(),
             playing: None,
             changed: Instant::now(),
@@ -224,14 +159,16 @@ impl Viewer {
             settled: false,
             checking: [false; 2],
             screen: egui::Vec2::ZERO,
+            #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+            shader_changes: crate::hot_reload::watch(context.egui_ctx.clone()),
         })
     }
 
-    /// Takes over the state of a link.
+    /// Opens the state of a link.
     pub fn go_to(&mut self, address: &str) {
-        let (state, complaints) = address::read(address);
+        let (state, errors) = address::read(address);
         self.state = state;
-        self.messages.extend(complaints);
+        self.messages.extend(errors);
         (self.ready, self.settled, self.changed) = (false, false, Instant::now());
         self.ctx.request_repaint();
     }
@@ -242,18 +179,18 @@ impl Viewer {
         self.inbox.lock().unwrap_or_else(PoisonError::into_inner).push(Ok(files));
     }
 
-    /// Loses the device, to see what happens then.
+    /// Destroys the device, to test how the page recovers.
     pub fn lose_device(&self) {
         self.gpu.device.destroy();
     }
 
-    /// An output of side A by name, on its way back from the device.
+    /// Starts to read an output of side A by name.
     pub fn read_output(&self, name: &str) -> Option<TextureReading> {
         let texture = self.sides[0].as_ref()?.output(name)?;
         Some(TextureReading::new(&self.gpu, texture))
     }
 
-    /// What there is to know about the running application.
+    /// The state of the running application.
     pub fn report(&self) -> Report {
         let side = |side: &Side| SideReport {
             passes: side
@@ -270,22 +207,21 @@ impl Viewer {
             method: side.method.note().to_owned(),
             rel_mse: side.rel_mse,
             drawn: side.is_drawn() && side.picture().is_some(),
-            scanned: side.scanned().map(|found| found.iter().map(ScannedReport::of).collect()),
+            check: side.check_results().map(|results| results.iter().map(CheckReport::of).collect()),
         };
-        let place = |rect: &Rect| [rect.left(), rect.top(), rect.width(), rect.height()];
-        let known = self.background.known.as_ref();
+        let reference = self.reference.found.as_ref();
         Report {
             address: address::write(&self.state),
             scene: self.stage.as_ref().map(|stage| stage.scene.name.clone()).unwrap_or_default(),
             messages: self.messages.clone(),
             sides: self.sides.iter().flatten().map(side).collect(),
-            truth_samples: known.map_or(0, |known| known.samples),
-            truth_noise: known.and_then(|known| known.noise),
+            reference_samples: reference.map_or(0, |reference| reference.samples),
+            reference_noise: reference.and_then(|reference| reference.noise),
             settled: self.settled,
             adapter: self.adapter.clone(),
             exposure: self.exposure_in_use(),
             frame: self.frame(),
-            marks: self.marks.0.iter().map(|(name, rect)| (name.clone(), place(rect))).collect(),
+            marks: self.marks.rectangles(),
             screen: self.screen.into(),
             tried: self.trade.tried.len(),
             first_picture_ms: self.first_picture.map(|time| time.as_secs_f64() * 1e3),
@@ -306,7 +242,7 @@ impl Viewer {
         self.state.camera.or_else(own).unwrap_or_default()
     }
 
-    /// Number of the frame: where what moves stands.
+    /// The current frame number of the animation.
     fn frame(&self) -> u32 {
         self.playing.map_or(self.state.frame, |playing| playing.frame)
     }
@@ -314,47 +250,37 @@ impl Viewer {
     fn say(&mut self, sentence: impl Into<String>) {
         const MOST: usize = 5;
         let sentence = sentence.into();
-        self.messages.retain(|said| *said != sentence);
+        self.messages.retain(|message| *message != sentence);
         self.messages.push(sentence);
         if self.messages.len() > MOST {
             self.messages.remove(0);
         }
     }
 
-    /// The state with the playing light where it is now.
-    fn lights_now(&self, stage: &Stage) -> Vec<halflight_scenes::Light> {
+    /// The lights with the changes of the state and the rotation of a playing light.
+    fn lights_now(&self, stage: &Stage) -> Vec<Light> {
         let mut lights = self.state.lights(&stage.original_lights);
-        if let (Some(playing), Some(light), false) = (self.playing, lights.first_mut(), stage.moves()) {
-            *light = turned(light, playing.angle, stage.centre()).apply(light);
+        if let (Some(playing), Some(light), false) = (self.playing, lights.first_mut(), stage.is_animated()) {
+            *light = rotated(light, playing.angle, stage.centre()).apply(light);
         }
         lights
     }
 }
 
-/// The light, turned by this angle about the vertical: its direction, or its place where it has no direction.
-fn turned(light: &halflight_scenes::Light, angle: f32, centre: glam::Vec3) -> LightChange {
-    let mut change = LightChange::none(light);
-    let turn = glam::Quat::from_rotation_y(angle);
-    if let halflight_scenes::Light::Point { position, .. } = light {
-        change.position = (centre + turn * (glam::Vec3::from(*position) - centre)).to_array();
-    } else {
-        change.direction = (turn * glam::Vec3::from(change.direction)).to_array();
-    }
-    change
-}
-
 impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
-        self.marks.0.clear();
+        self.marks.clear();
         self.checking = [false; 2];
         self.screen = ui.max_rect().size();
         let ctx = ui.ctx().clone();
         self.receive(&ctx);
-        // The next step waits for the picture of the last one.
+        #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+        self.reload_shaders();
+        // The animation advances once the picture of the last frame is drawn.
         if self.sides.iter().flatten().all(Side::is_drawn)
             && let (Some(playing), Some(stage)) = (&mut self.playing, &self.stage)
         {
-            *playing = playing.step(stage.moves().then(|| stage.scene.moves.last_frame()));
+            *playing = playing.step(stage.is_animated().then(|| stage.scene.moves.last_frame()));
         }
         let before = (self.state.camera, self.state.lights.clone(), self.state.frame);
         self.interface(ui);
@@ -370,9 +296,9 @@ impl eframe::App for Viewer {
             self.first_picture = Some(self.started.elapsed());
             self.host.first_picture();
         }
-        // A step of undo ends when nothing is held any more.
+        // An undo step ends when no button and no key is down.
         if !ctx.input(|i| i.pointer.any_down() || !i.keys_down.is_empty()) {
-            self.undo.commit(&self.state);
+            commit(&mut self.undo, &self.state);
             let now = address::write(&self.state);
             if now != self.shown_address {
                 self.host.show_address(&now);

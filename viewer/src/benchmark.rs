@@ -1,11 +1,11 @@
-//! The benchmark page: medians of every pass at a fixed size, printed.
+//! The benchmark page: a table with the median time of every pass.
 
 use eframe::egui::{Grid, RichText, ScrollArea, Ui};
 use halflight_frame_graph::Part;
 
-use crate::{numbers::milliseconds, stage::Side};
+use crate::{numbers::milliseconds, side::Side};
 
-/// Rounds that the page measures.
+/// Number of measurements per pass.
 pub const ROUNDS: usize = 5;
 
 /// The table of the benchmark page.

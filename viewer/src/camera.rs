@@ -1,11 +1,11 @@
-//! Moving a camera: orbit, pan, zoom and fly.
+//! Camera controls: orbit, look, pan, zoom and fly.
 
 use glam::{Quat, Vec3};
 use halflight_scenes::Camera;
 
-/// Radians that the camera turns when the pointer crosses the picture's height.
+/// Rotation when the pointer moves by the picture's height, radians.
 const TURN: f32 = std::f32::consts::PI;
-/// Closest that the view axis may come to the up vector, radians: beyond, left and right would swap.
+/// Smallest angle between the view axis and the up vector, radians. Beyond the up vector, left and right would swap.
 const POLE: f32 = 0.05;
 
 /// Axes of a camera: right, up and forward, unit length.
@@ -24,7 +24,7 @@ fn distance(camera: &Camera) -> f32 {
     Vec3::from(camera.eye).distance(camera.target.into()).max(f32::MIN_POSITIVE)
 }
 
-/// The direction, turned by `drag` (parts of the picture's height, right and down), kept off the poles.
+/// The direction rotated by `drag` (right and down, in picture heights), away from the poles.
 fn turned(camera: &Camera, direction: Vec3, drag: [f32; 2]) -> Vec3 {
     let up = Vec3::from(camera.up).normalize_or(Vec3::Y);
     let right = axes(camera).right;
@@ -36,26 +36,26 @@ fn turned(camera: &Camera, direction: Vec3, drag: [f32; 2]) -> Vec3 {
     about_up * tilted
 }
 
-/// Turns the eye about the target. `drag` is in parts of the picture's height, right and down.
+/// Rotates the eye about the target. `drag` is right and down, in picture heights.
 pub fn orbit(camera: &mut Camera, drag: [f32; 2]) {
     let offset = turned(camera, Vec3::from(camera.eye) - Vec3::from(camera.target), drag);
     camera.eye = (Vec3::from(camera.target) + offset).to_array();
 }
 
-/// Turns the view about the eye.
+/// Rotates the target about the eye.
 pub fn look(camera: &mut Camera, drag: [f32; 2]) {
     let offset = turned(camera, Vec3::from(camera.target) - Vec3::from(camera.eye), drag.map(|v| 0.5 * v));
     camera.target = (Vec3::from(camera.eye) + offset).to_array();
 }
 
-/// Moves eye and target along the picture, so that the target follows the pointer.
+/// Moves eye and target parallel to the picture, so that the target follows the pointer.
 pub fn pan(camera: &mut Camera, drag: [f32; 2]) {
     let Axes { right, up, .. } = axes(camera);
     let height = 2.0 * distance(camera) * (0.5 * camera.vertical_fov_degrees.to_radians()).tan();
     shift(camera, (up * drag[1] - right * drag[0]) * height);
 }
 
-/// Brings the eye closer to the target by this factor: above 1 is closer.
+/// Divides the distance between eye and target by this factor.
 pub fn zoom(camera: &mut Camera, factor: f32) {
     let target = Vec3::from(camera.target);
     camera.eye = (target + (Vec3::from(camera.eye) - target) / factor).to_array();
@@ -80,14 +80,14 @@ mod tests {
         Camera { eye: [0.0, 1.0, 4.0], target: [0.0, 1.0, 0.0], up: [0.0, 1.0, 0.0], vertical_fov_degrees: 90.0 };
 
     #[test]
-    fn an_orbit_keeps_its_distance_and_never_turns_over() {
+    fn an_orbit_keeps_the_distance_and_stays_upright() {
         let mut camera = CAMERA;
         for _ in 0..100 {
             orbit(&mut camera, [0.01, 0.05]);
             assert!((distance(&camera) - 4.0).abs() < 1e-4);
             assert!(axes(&camera).up.y > 0.0);
         }
-        // The eye rises when the picture is pulled down.
+        // Dragging down raises the eye.
         assert!(camera.eye[1] > 4.5, "{camera:?}");
     }
 
@@ -109,7 +109,7 @@ mod tests {
         zoom(&mut camera, 2.0);
         assert_eq!(camera.eye, [1.0, 3.0, -1.0]);
         look(&mut camera, [1.0, 0.0]);
-        // The target is two units away now; one height turns by a right angle to the right.
+        // The target is now two units away; one picture height rotates by 90 degrees to the right.
         assert!(Vec3::from(camera.target).distance(Vec3::new(3.0, 3.0, -1.0)) < 1e-5, "{camera:?}");
     }
 }

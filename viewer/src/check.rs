@@ -1,4 +1,4 @@
-//! Whether what a frame wrote is sound: the renderer's scan of all its textures and buffers, as a table.
+//! The NaN/Inf check of all textures and buffers that a frame wrote, as a table.
 
 use eframe::egui::{Grid, RichText, ScrollArea, Ui};
 use halflight_frame_graph::{
@@ -8,76 +8,77 @@ use halflight_frame_graph::{
 
 use crate::readback::Reading;
 
-/// The scan of a side's last frame.
+/// The check of a side's last frame.
 #[derive(Default)]
 pub struct Check {
-    scanning: Option<(Scan, Reading)>,
-    found: Option<Vec<Scanned>>,
+    running: Option<(Scan, Reading)>,
+    results: Option<Vec<Scanned>>,
 }
 
 impl Check {
-    /// Scans what the recording wrote last, unless that is known; true while the device works on it.
-    pub fn step(&mut self, gpu: &Gpu, recording: &CompiledGraph) -> bool {
-        if let Some((scan, reading)) = &self.scanning {
+    /// Checks what the compiled graph wrote last, unless the results are known; true while the device works on it.
+    pub fn step(&mut self, gpu: &Gpu, graph: &CompiledGraph) -> bool {
+        if let Some((scan, reading)) = &self.running {
             let Some(bytes) = reading.take() else { return true };
-            self.found = Some(scan.found(&bytes));
-            self.scanning = None;
+            self.results = Some(scan.found(&bytes));
+            self.running = None;
         }
-        if self.found.is_some() {
+        if self.results.is_some() {
             return false;
         }
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let scan = Scan::record(gpu, recording, &mut encoder);
+        let scan = Scan::record(gpu, graph, &mut encoder);
         gpu.queue.submit([encoder.finish()]);
         let reading = Reading::of(scan.readable());
-        self.scanning = Some((scan, reading));
+        self.running = Some((scan, reading));
         true
     }
 
-    /// What every texture and buffer held, in the order of the plan, once it is known.
-    pub fn found(&self) -> Option<&[Scanned]> {
-        self.found.as_deref()
+    /// One result per texture and buffer, in the order of the plan, once they are known.
+    pub fn results(&self) -> Option<&[Scanned]> {
+        self.results.as_deref()
     }
 }
 
-/// A line for each texture and buffer, with what should not be there in a loud colour.
-pub fn table(ui: &mut Ui, found: Option<&[Scanned]>) {
-    let Some(found) = found else {
-        ui.label("Scanning what the frame wrote…");
+/// A row per texture and buffer, with errors highlighted.
+pub fn table(ui: &mut Ui, results: Option<&[Scanned]>) {
+    let Some(results) = results else {
+        ui.label("Checking the frame…");
         return;
     };
-    let (values, bad) = found.iter().fold((0, 0), |(values, bad), f| (values + f.values, bad + f.not_finite()));
-    let clamped: u64 = found.iter().map(|f| u64::from(f.clamped)).sum();
-    let verdict = format!("{} textures and buffers, {values} values: {bad} not finite, {clamped} clamped", found.len());
+    let (values, bad) = results.iter().fold((0, 0), |(values, bad), r| (values + r.values, bad + r.not_finite()));
+    let clamped: u64 = results.iter().map(|r| u64::from(r.clamped)).sum();
+    let count = results.len();
+    let summary = format!("{count} textures and buffers, {values} values: {bad} not finite, {clamped} clamped");
     if bad > 0 {
-        ui.colored_label(ui.visuals().error_fg_color, verdict);
+        ui.colored_label(ui.visuals().error_fg_color, summary);
     } else {
-        ui.label(verdict);
+        ui.label(summary);
     }
-    ui.label(RichText::new("In every view a pixel that is not finite is magenta, a clamped one cyan.").weak());
+    ui.label(RichText::new("All views show pixels that are not finite in magenta and clamped pixels in cyan.").weak());
     ScrollArea::horizontal().id_salt("check").show(ui, |ui| {
         Grid::new("check").num_columns(6).striped(true).show(ui, |ui| {
             for title in ["", "NaN", "infinite", "below 0", "clamped", "largest"] {
                 ui.label(RichText::new(title).weak());
             }
             ui.end_row();
-            for line in found {
-                ui.label(&line.name).on_hover_text(format!("{} values", line.values));
-                for (count, wrong) in
-                    [(line.nan, true), (line.infinite, true), (line.negative, false), (line.clamped, true)]
+            for row in results {
+                ui.label(&row.name).on_hover_text(format!("{} values", row.values));
+                for (count, is_error) in
+                    [(row.nan, true), (row.infinite, true), (row.negative, false), (row.clamped, true)]
                 {
                     let text = RichText::new(count.to_string()).monospace();
-                    let loud = wrong && count > 0;
-                    ui.label(if loud { text.color(ui.visuals().error_fg_color) } else { text });
+                    let highlighted = is_error && count > 0;
+                    ui.label(if highlighted { text.color(ui.visuals().error_fg_color) } else { text });
                 }
-                ui.label(RichText::new(short(line.largest)).monospace());
+                ui.label(RichText::new(short(row.largest)).monospace());
                 ui.end_row();
             }
         });
     });
 }
 
-/// A magnitude with four digits.
+/// A magnitude with four significant digits.
 fn short(value: f32) -> String {
     match value {
         0.0 => "0".into(),

@@ -1,27 +1,64 @@
-//! The interactive application: one egui program that a browser page (`web`) and a desktop window (`native`) both open.
+//! The interactive viewer: one egui application for a browser page (crate `web`) and a desktop window (crate `native`).
 //!
-//! [`Viewer`] holds a [`state::State`], plain data that a link can carry. Each pass of the interface brings a
-//! `stage::Stage` (a scene on the device) and one or two `stage::Side`s (a configuration, drawn and measured) in
-//! line with it, and shows what they left. Nothing here waits: results are asked for again in the next pass.
+//! [`Viewer`] holds a [`state::State`], plain data that a link can hold. Each pass of the interface changes the state.
+//! The viewer then updates a `Stage` (a scene on the device), one or two `Side`s (a configuration that is drawn and
+//! measured) and the path-traced reference from it, and shows their results. Nothing waits for the device: results are
+//! asked for again in the next pass.
+//!
+//! A program opens the viewer with eframe and implements [`Host`] for what the viewer cannot do by itself:
+//!
+//! ```no_run
+//! struct Window;
+//!
+//! impl halflight_viewer::Host for Window {
+//!     fn show_address(&mut self, _state: &str) {}
+//!     fn link(&self, state: &str) -> String {
+//!         state.to_owned()
+//!     }
+//!     fn save(&mut self, name: &str, _contents: &[u8]) -> String {
+//!         format!("{name} was not saved")
+//!     }
+//! }
+//!
+//! let wgpu_options = halflight_viewer::configuration();
+//! let options = eframe::NativeOptions { wgpu_options, ..Default::default() };
+//! eframe::run_native(
+//!     "viewer",
+//!     options,
+//!     Box::new(|context| {
+//!         let lost = |reason| eprintln!("the device was lost: {reason}");
+//!         Ok(Box::new(halflight_viewer::Viewer::new(context, Box::new(Window), "scene=cornell", lost)?))
+//!     }),
+//! )?;
+//! # Ok::<(), eframe::Error>(())
+//! ```
 
 pub mod address;
 mod app;
-mod background;
 mod benchmark;
 mod camera;
 mod check;
-mod command;
+mod export;
+mod host;
+#[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+mod hot_reload;
+mod marks;
 mod numbers;
 mod panels;
 mod picture;
+mod playing;
 mod plot;
 mod readback;
+mod reference;
 mod report;
 pub mod scenes;
 mod show;
+mod side;
 mod stage;
 pub mod state;
+mod style;
 mod timing;
 mod undo;
 
-pub use app::{Host, Viewer, configuration};
+pub use app::Viewer;
+pub use host::{Host, configuration};

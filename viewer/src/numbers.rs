@@ -1,11 +1,11 @@
-//! Times, memory and the plan of a side.
+//! Times, memory and plan of a side.
 
 use eframe::egui::{self, Color32, Grid, RichText, ScrollArea, Ui, vec2};
 use halflight_frame_graph::{FramePlan, Part, Resource, ResourceKind, bytes_in_words};
 
-use crate::stage::Side;
+use crate::side::Side;
 
-/// Colour of each part of a frame: readable on both themes.
+/// Colour of each part of a frame, readable on dark and light themes.
 pub fn part_colour(part: Part) -> Color32 {
     match part {
         Part::GBuffer => Color32::from_rgb(110, 130, 150),
@@ -14,9 +14,9 @@ pub fn part_colour(part: Part) -> Color32 {
     }
 }
 
-/// Milliseconds with three digits.
+/// Milliseconds with three significant digits.
 pub fn milliseconds(ms: f64) -> String {
-    // The sum of no times at all is minus zero.
+    // The sum of an empty list is -0.0.
     match ms + 0.0 {
         _ if !ms.is_finite() => "…".into(),
         _ if ms < 1.0 => format!("{ms:.3} ms"),
@@ -30,15 +30,15 @@ pub fn percent(rel_mse: f64) -> String {
     format!("{:.1} %", 100.0 * rel_mse.max(0.0).sqrt())
 }
 
-/// Bars of the running medians, longest first to see, in the order of the frame.
+/// The running medians of all passes as bars, in the order of the frame.
 pub fn times(ui: &mut Ui, side: &Side) {
     let longest = side.times.medians().map(|(_, _, ms)| ms).filter(|ms| ms.is_finite()).fold(1e-3, f64::max);
     Grid::new("times").num_columns(3).striped(true).show(ui, |ui| {
         for (name, part, ms) in side.times.medians() {
             ui.label(name).on_hover_text(part.to_string());
             let (rect, _) = ui.allocate_exact_size(vec2(90.0, 12.0), egui::Sense::hover());
-            let part_of = if ms.is_finite() { (ms / longest) as f32 } else { 0.0 };
-            let bar = egui::Rect::from_min_size(rect.min, vec2((rect.width() * part_of).max(1.0), rect.height()));
+            let length = if ms.is_finite() { (ms / longest) as f32 } else { 0.0 };
+            let bar = egui::Rect::from_min_size(rect.min, vec2((rect.width() * length).max(1.0), rect.height()));
             ui.painter().rect_filled(bar, 2.0, part_colour(part));
             ui.label(RichText::new(milliseconds(ms)).monospace());
             ui.end_row();
@@ -51,16 +51,16 @@ pub fn times(ui: &mut Ui, side: &Side) {
         }
     });
     if let Some(ms) = side.frame_ms {
-        ui.label(format!("Last whole frame by the clock: {}", milliseconds(ms)));
+        ui.label(format!("Wall-clock time of the last whole frame: {}", milliseconds(ms)));
     }
-    ui.label(RichText::new(format!("Running medians, {}.", side.method.note())).weak());
+    ui.label(RichText::new(format!("Running medians; {}.", side.method.note())).weak());
 }
 
-/// Bytes of each texture and buffer.
+/// The bytes of each texture and buffer.
 pub fn memory(ui: &mut Ui, plan: &FramePlan, scene_bytes: u64) {
     let total: u64 = plan.resources.iter().map(Resource::bytes).sum();
     ui.label(format!(
-        "{} for the frame, of which the technique {}; {} for the scene",
+        "{} for the frame, {} of it for the technique; {} for the scene",
         bytes_in_words(total),
         bytes_in_words(plan.technique_bytes()),
         bytes_in_words(scene_bytes)
@@ -77,7 +77,7 @@ pub fn memory(ui: &mut Ui, plan: &FramePlan, scene_bytes: u64) {
     });
 }
 
-/// The passes, each with its reason.
+/// The passes with their reasons.
 pub fn plan(ui: &mut Ui, plan: &FramePlan) {
     let mut part = None;
     for (index, pass) in plan.passes.iter().enumerate() {
@@ -89,6 +89,6 @@ pub fn plan(ui: &mut Ui, plan: &FramePlan) {
         };
         let (reads, writes) = pass.reads_and_writes();
         ui.add(egui::Label::new(format!("{}  {}: {}", index + 1, pass.name, pass.reason)).wrap())
-            .on_hover_text(format!("{}\nreads {}\nwrites {}", pass.shader, names(reads), names(writes)));
+            .on_hover_text(format!("{}\nreads {}\nwrites {}", pass.shader.name, names(reads), names(writes)));
     }
 }

@@ -1,13 +1,13 @@
-//! Controls: parameters from their declarations, presets, lights, camera.
+//! Controls of parameters (from their declarations), presets, lights and camera.
 
 use eframe::egui::{ComboBox, DragValue, RichText, Slider, Ui, vec2};
 use halflight_renderer::parameters::{Kind, Parameter, Role, Value};
 use halflight_scenes::{Camera, Light};
-use halflight_techniques::{TECHNIQUES, parameters_of};
+use halflight_techniques::{TECHNIQUES, parameters_of, preset::Preset};
 
 use crate::{
-    app::Marks,
-    command::PRESETS,
+    export::PRESETS,
+    marks::Marks,
     state::{Configuration, LightChange, State},
 };
 
@@ -17,7 +17,7 @@ const LOGARITHMIC_ABOVE: f64 = 100.0;
 /// Width of a parameter's name, points.
 const LABEL: f32 = 126.0;
 
-/// Technique, presets and parameters of a side. `name` tells the sides apart.
+/// Technique, presets and parameters of a side. `name` identifies the side.
 pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, marks: &mut Marks) {
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Technique");
@@ -33,8 +33,8 @@ pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, marks: &
         ui.menu_button("Presets", |ui| {
             for (title, text) in PRESETS {
                 if ui.button(title).clicked() {
-                    // A test reads each of them.
-                    if let Ok(preset) = halflight_techniques::preset::Preset::read(title.as_ref(), text) {
+                    // A test reads every preset, so this cannot fail.
+                    if let Ok(preset) = Preset::read(title.as_ref(), text) {
                         apply(side, &preset);
                     }
                     ui.close();
@@ -42,7 +42,7 @@ pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, marks: &
             }
         })
         .response
-        .on_hover_text("Settings that belong together");
+        .on_hover_text("Sets of settings");
         if !side.settings.is_empty() && ui.button("Reset all").clicked() {
             side.settings.clear();
         }
@@ -53,15 +53,15 @@ pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, marks: &
     }
 }
 
-/// Takes over a preset.
-pub fn apply(side: &mut Configuration, preset: &halflight_techniques::preset::Preset) {
+/// Applies a preset.
+pub fn apply(side: &mut Configuration, preset: &Preset) {
     *side = Configuration { technique: preset.technique.name, ..Configuration::default() };
     for (key, value) in &preset.settings {
         side.set(key, value.clone());
     }
 }
 
-/// One parameter: name, slider or choice, unit, tooltip, and a way back to its default.
+/// One parameter: name, slider or choice, unit, tooltip, and a button that resets it.
 fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Parameter, marks: &mut Marks) {
     let key = parameter.key();
     let mut value = side.settings.get(&key).unwrap_or(&parameter.default).clone();
@@ -99,14 +99,13 @@ fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Para
                     })
                     .response
             }
-            (Kind::Bool, Value::Bool(on)) => ui.checkbox(on, ""),
-            // A value of another kind cannot pass the parameter's check.
+            // The parameter's check refuses values of another kind, so this is not reached.
             _ => ui.label(before.to_string()),
         };
         marks.add(&format!("{name}.{key}"), response.rect);
         response.labelled_by(label.id).on_hover_text(&tooltip);
         if side.settings.contains_key(&key) {
-            let reset = ui.small_button("reset").on_hover_text(format!("Back to {}", parameter.default));
+            let reset = ui.small_button("reset").on_hover_text(format!("Reset to {}", parameter.default));
             marks.add(&format!("{name}.{key}.reset"), reset.rect);
             if reset.clicked() {
                 value = parameter.default.clone();
@@ -123,24 +122,24 @@ fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Para
 fn tooltip(parameter: &Parameter) -> String {
     let unit = if matches!(parameter.unit, "" | "1") { String::new() } else { format!(" {}", parameter.unit) };
     let effect = match parameter.role {
-        Role::Override(_) => "Changes a constant of the shader: the pipeline is compiled anew at first use.",
-        Role::Uniform => "Changes a number: nothing is compiled.",
+        Role::Override => "A pipeline-overridable constant: each new value compiles a pipeline.",
+        Role::Uniform => "A uniform: changes do not compile anything.",
         Role::Plan => "Changes the passes and textures of the frame.",
     };
     let (doc, key, range, default) = (parameter.doc, parameter.key(), parameter.range(), &parameter.default);
     format!("{doc}\n\n{key}: {range}{unit}; default {default}{unit}\n{effect}")
 }
 
-/// Lights: direction as two angles, position, brightness.
+/// Lights: direction as two angles, position, strength.
 pub fn lights(ui: &mut Ui, state: &mut State, original: &[Light], diagonal: f32) {
     if original.is_empty() {
-        ui.label("This scene is lit by its emitters; it has no lights to move.");
+        ui.label("This scene has no lights; its emitters light it.");
     }
     for (index, light) in original.iter().enumerate() {
         let none = LightChange::none(light);
         let mut change = state.lights.iter().find(|(at, _)| *at == index).map_or(none, |(_, change)| *change);
         let kind = match light {
-            Light::Directional { .. } => "Sun",
+            Light::Directional { .. } => "Directional light",
             Light::Point { .. } => "Point light",
             Light::Spot { .. } => "Spot light",
         };
@@ -155,7 +154,7 @@ pub fn lights(ui: &mut Ui, state: &mut State, original: &[Light], diagonal: f32)
                 let mut angles = angles(change.direction);
                 let before = angles;
                 ui.add(Slider::new(&mut angles[0], -180.0..=180.0).suffix("°").text("azimuth").max_decimals(1));
-                ui.add(Slider::new(&mut angles[1], -90.0..=90.0).suffix("°").text("height").max_decimals(1));
+                ui.add(Slider::new(&mut angles[1], -90.0..=90.0).suffix("°").text("elevation").max_decimals(1));
                 if angles != before {
                     change.direction = direction(angles);
                 }
@@ -168,24 +167,24 @@ pub fn lights(ui: &mut Ui, state: &mut State, original: &[Light], diagonal: f32)
                     }
                 });
             }
-            ui.add(Slider::new(&mut change.strength, 0.0..=10.0).text("brightness").logarithmic(true).max_decimals(2));
+            ui.add(Slider::new(&mut change.strength, 0.0..=10.0).text("strength").logarithmic(true).max_decimals(2));
         });
         state.change_light(index, light, change);
     }
 }
 
-/// Where light comes from: azimuth about +y from +z towards +x, and height over the horizon, degrees.
+/// Where the light comes from: azimuth about +y from +z towards +x, and elevation above the horizon, degrees.
 fn angles(direction: [f32; 3]) -> [f32; 2] {
     let [x, y, z] = (-glam::Vec3::from(direction)).normalize_or(glam::Vec3::Y).to_array();
     [x.atan2(z).to_degrees(), y.clamp(-1.0, 1.0).asin().to_degrees()]
 }
 
-fn direction([azimuth, height]: [f32; 2]) -> [f32; 3] {
-    let (azimuth, height) = (azimuth.to_radians(), height.to_radians());
-    [-azimuth.sin() * height.cos(), -height.sin(), -azimuth.cos() * height.cos()]
+fn direction([azimuth, elevation]: [f32; 2]) -> [f32; 3] {
+    let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
+    [-azimuth.sin() * elevation.cos(), -elevation.sin(), -azimuth.cos() * elevation.cos()]
 }
 
-/// The camera in numbers.
+/// The camera as numbers.
 pub fn camera(ui: &mut Ui, state: &mut State, own: &Camera, diagonal: f32) {
     let mut camera = state.camera.unwrap_or(*own);
     for (name, vector) in [("eye", &mut camera.eye), ("target", &mut camera.target)] {
@@ -202,13 +201,13 @@ pub fn camera(ui: &mut Ui, state: &mut State, own: &Camera, diagonal: f32) {
     if camera != state.camera.unwrap_or(*own) {
         state.camera = Some(camera);
     }
-    if state.camera.is_some() && ui.button("Back to the scene's camera").clicked() {
+    if state.camera.is_some() && ui.button("Reset to the scene's camera").clicked() {
         state.camera = None;
     }
     ui.label(
         RichText::new(
-            "Drag to orbit, right-drag to look around, shift-drag or two fingers to move, wheel or pinch to come closer. \
-             With the picture in focus: arrows orbit, W A S D Q E fly, + and - zoom.",
+            "Drag to orbit, right-drag to look around, shift-drag or drag two fingers to pan, wheel or pinch to zoom. \
+             When the picture has the focus: arrow keys orbit, W A S D Q E fly, + and - zoom.",
         )
         .weak(),
     );
@@ -224,7 +223,7 @@ mod tests {
             let found = angles(direction(wanted));
             assert!((0..2).all(|i| (found[i] - wanted[i]).abs() < 1e-2), "{wanted:?} {found:?}");
         }
-        // Noon: light falls straight down.
+        // At an elevation of 90 degrees light travels straight down.
         assert!(direction([0.0, 90.0])[1] < -0.999_999);
     }
 }

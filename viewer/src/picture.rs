@@ -1,34 +1,37 @@
-//! The picture: one or two sides under a divider, and what pointer and keys do to it.
+//! The picture: one or two sides with a divider, and camera control by pointer, touch and keys.
 
 use eframe::egui::{self, Color32, CursorIcon, EventFilter, Key, Rect, Sense, Stroke, TextureId, Vec2, pos2, vec2};
 use halflight_scenes::Camera;
 
-use crate::camera;
+use crate::{
+    camera,
+    show::{ERROR_COLOURS, ERROR_FULL_SCALE},
+};
 
-/// Width of the strip in which the divider is caught, points: a fingertip.
+/// Width of the strip in which the divider can be dragged, points: a fingertip.
 const DIVIDER_CATCH: f32 = 28.0;
-/// Part of the scene's diagonal that a second of flying covers.
+/// Speed of flying, scene diagonals per second.
 const FLY_SPEED: f32 = 0.12;
-/// Part of the picture's height that an arrow key turns by in a second.
+/// Speed of orbiting by arrow keys, picture heights per second.
 const KEY_TURN: f32 = 0.25;
 
-/// Seconds that a short press of a key counts for.
+/// Duration that a short key press counts as, seconds.
 const PRESS: f32 = 0.05;
 
-/// What the picture draws.
+/// What the picture shows.
 pub struct Shown<'a> {
-    /// Textures of the sides; B only where two are compared.
+    /// Textures of the sides; B only when two are compared.
     pub textures: [Option<TextureId>; 2],
     /// Width over height.
     pub aspect: f32,
     /// Captions of the sides, at the bottom.
     pub captions: [String; 2],
-    /// Said in the middle where there is no picture.
-    pub missing: Option<&'a str>,
+    /// Text in the centre if there is no picture.
+    pub placeholder: Option<&'a str>,
 }
 
-/// Draws the picture into all the space there is, and lets pointer, touch and keys move camera and divider. Returns the
-/// picture's place and that of the divider.
+/// Draws the picture into the available space and moves camera and divider by pointer, touch and keys. Returns the
+/// rectangles of the picture and of the divider.
 pub fn picture(
     ui: &mut egui::Ui,
     shown: &Shown,
@@ -46,7 +49,7 @@ pub fn picture(
     if response.clicked() || response.drag_started() {
         response.request_focus();
     }
-    let catch = compare.then(|| {
+    let handle = compare.then(|| {
         let x = rect.left() + rect.width() * *divider;
         let strip = Rect::from_center_size(pos2(x, rect.center().y), vec2(DIVIDER_CATCH, rect.height()));
         let handle = ui.interact(strip, id.with("divider"), Sense::click_and_drag());
@@ -81,15 +84,15 @@ pub fn picture(
             painter.image(texture, part, Rect::from_min_max(pos2(left, 0.0), pos2(right, 1.0)), Color32::WHITE);
         }
     }
-    if let Some(sentence) = shown.missing {
+    if let Some(sentence) = shown.placeholder {
         let text = egui::RichText::new(sentence).color(Color32::from_gray(220)).size(15.0);
-        let place = rect.shrink2(vec2(rect.width() * 0.1, rect.height() * 0.35));
-        ui.put(place, egui::Label::new(text).wrap().halign(egui::Align::Center));
+        let area = rect.shrink2(vec2(rect.width() * 0.1, rect.height() * 0.35));
+        ui.put(area, egui::Label::new(text).wrap().halign(egui::Align::Center));
     }
     if response.has_focus() {
         painter.rect_stroke(rect.shrink(1.0), 0.0, ui.visuals().selection.stroke, egui::StrokeKind::Inside);
     }
-    if let Some(handle) = &catch {
+    if let Some(handle) = &handle {
         let centre = handle.rect.center().x;
         let stroke = if handle.has_focus() { ui.visuals().selection.stroke } else { Stroke::new(2.0, Color32::WHITE) };
         painter.vline(centre, rect.y_range(), Stroke::new(4.0, Color32::from_black_alpha(140)));
@@ -104,7 +107,7 @@ pub fn picture(
     if compare {
         caption(ui, rect, &shown.captions[1], egui::Align2::RIGHT_BOTTOM);
     }
-    (rect, catch.map(|handle| handle.rect))
+    (rect, handle.map(|handle| handle.rect))
 }
 
 fn caption(ui: &egui::Ui, rect: Rect, text: &str, corner: egui::Align2) {
@@ -112,12 +115,41 @@ fn caption(ui: &egui::Ui, rect: Rect, text: &str, corner: egui::Align2) {
         return;
     }
     let painter = ui.painter().with_clip_rect(rect);
-    // Half of the picture at most, so that two captions never meet.
+    // At most half of the picture, so that two captions do not overlap.
     let most = (rect.width() * 0.5 - 24.0).max(40.0);
     let galley = painter.layout(text.to_owned(), egui::TextStyle::Small.resolve(ui.style()), Color32::WHITE, most);
-    let place = corner.align_size_within_rect(galley.size() + vec2(12.0, 8.0), rect.shrink(6.0));
-    painter.rect_filled(place, 3.0, Color32::from_black_alpha(170));
-    painter.galley(place.min + vec2(6.0, 4.0), galley, Color32::WHITE);
+    let area = corner.align_size_within_rect(galley.size() + vec2(12.0, 8.0), rect.shrink(6.0));
+    painter.rect_filled(area, 3.0, Color32::from_black_alpha(170));
+    painter.galley(area.min + vec2(6.0, 4.0), galley, Color32::WHITE);
+}
+
+/// Draws the colour scale of the error map into a corner of the picture.
+pub fn error_scale(ui: &egui::Ui, rect: Rect) {
+    let bar = Rect::from_min_size(rect.min + vec2(10.0, 10.0), vec2(120.0, 10.0));
+    let painter = ui.painter();
+    let mut mesh = egui::Mesh::default();
+    for (index, colour) in ERROR_COLOURS.iter().enumerate() {
+        let [r, g, b] = colour.map(|v| (v * 255.0).round() as u8);
+        let x = bar.left() + bar.width() * index as f32 / (ERROR_COLOURS.len() - 1) as f32;
+        for y in [bar.top(), bar.bottom()] {
+            mesh.colored_vertex(pos2(x, y), Color32::from_rgb(r, g, b));
+        }
+        if index > 0 {
+            let first = 2 * index as u32 - 2;
+            mesh.add_triangle(first, first + 1, first + 2);
+            mesh.add_triangle(first + 1, first + 2, first + 3);
+        }
+    }
+    let background = bar.expand2(vec2(6.0, 6.0)).with_max_y(bar.bottom() + 22.0);
+    painter.rect_filled(background, 3.0, Color32::from_black_alpha(170));
+    painter.add(mesh);
+    let font = egui::FontId::proportional(12.0);
+    for (x, text, align) in [
+        (bar.left(), "0 %".to_owned(), egui::Align2::LEFT_TOP),
+        (bar.right(), format!("{:.0} %", 100.0 * ERROR_FULL_SCALE), egui::Align2::RIGHT_TOP),
+    ] {
+        painter.text(pos2(x, bar.bottom() + 3.0), align, text, font.clone(), Color32::WHITE);
+    }
 }
 
 fn move_camera(ui: &egui::Ui, response: &egui::Response, view: &mut Camera, diagonal: f32) {
@@ -147,15 +179,15 @@ fn move_camera(ui: &egui::Ui, response: &egui::Response, view: &mut Camera, diag
     }
     let keep = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
     ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, keep));
-    // A key that was pressed and released between two passes counts as held for a moment.
-    let moment = |ui: &egui::Ui, keys: &[Key]| {
+    // A key that was pressed and released between two passes counts as a short press.
+    let duration = |ui: &egui::Ui, keys: &[Key]| {
         ui.input(|i| {
             let held = keys.iter().any(|key| i.key_down(*key));
             let presses: usize = keys.iter().map(|key| i.num_presses(*key)).sum();
             if held { i.stable_dt.min(0.1) } else { presses as f32 * PRESS }
         })
     };
-    let axis = |plus: &[Key], minus: &[Key]| moment(ui, plus) - moment(ui, minus);
+    let axis = |plus: &[Key], minus: &[Key]| duration(ui, plus) - duration(ui, minus);
     let turn = [axis(&[Key::ArrowLeft], &[Key::ArrowRight]), axis(&[Key::ArrowUp], &[Key::ArrowDown])];
     let step = [axis(&[Key::D], &[Key::A]), axis(&[Key::E], &[Key::Q]), axis(&[Key::W], &[Key::S])];
     let closer = axis(&[Key::Plus, Key::Equals], &[Key::Minus]);

@@ -1,4 +1,4 @@
-//! Bytes on their way back from the device. Nothing here waits: ask again in a later frame.
+//! Readback from the device without waiting: start a reading and ask for its result in later frames.
 
 use std::sync::{
     Arc,
@@ -11,14 +11,14 @@ use halflight_renderer::texels::decoder;
 const PENDING: u8 = 0;
 const READY: u8 = 1;
 
-/// A buffer that is being mapped.
+/// A buffer that is being read.
 pub struct Reading {
     buffer: wgpu::Buffer,
     state: Arc<AtomicU8>,
 }
 
 impl Reading {
-    /// Maps a buffer that has the usage `MAP_READ`, after everything submitted so far.
+    /// Reads a buffer with the usage `MAP_READ`, after everything submitted so far.
     pub fn of(buffer: &wgpu::Buffer) -> Self {
         let state = Arc::new(AtomicU8::new(PENDING));
         let arrived = state.clone();
@@ -30,7 +30,7 @@ impl Reading {
         Self { buffer: buffer.clone(), state }
     }
 
-    /// The bytes, once they have arrived; the buffer can then be used again. A lost device never delivers.
+    /// The bytes, once they have arrived; the buffer can then be used again. They never arrive from a lost device.
     pub fn take(&self) -> Option<Vec<u8>> {
         if self.state.load(Ordering::Acquire) != READY {
             return None;
@@ -49,7 +49,7 @@ pub struct TextureReading {
 }
 
 impl TextureReading {
-    /// Copies a texture as it stands after everything submitted so far.
+    /// Reads a texture, after everything submitted so far.
     pub fn new(gpu: &Gpu, texture: &wgpu::Texture) -> Self {
         let texel = texture.format().block_copy_size(None).unwrap_or(4);
         let padded = (texture.width() * texel).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -73,10 +73,11 @@ impl TextureReading {
         Self { reading: Reading::of(&buffer), size, format }
     }
 
-    /// Four channels a pixel, linear, rows from the top, once they have arrived; nothing for formats without colour.
+    /// The pixels, once they have arrived: four linear channels each, rows from top to bottom. Empty for formats without
+    /// colour.
     pub fn take(&self) -> Option<Vec<[f32; 4]>> {
         let bytes = self.reading.take()?;
-        // The copy is read once; a browser would keep it until it collects garbage.
+        // Free the buffer now; a browser would keep it until its next garbage collection.
         self.reading.buffer.destroy();
         let texel = self.format.block_copy_size(None).unwrap_or(4) as usize;
         let row = self.size[0] as usize * texel;

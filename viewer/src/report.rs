@@ -1,18 +1,18 @@
-//! What a host or a test can ask of the running application, as JSON.
+//! The state of the running application as JSON, for hosts and tests.
 
 use std::collections::BTreeMap;
 
 use halflight_frame_graph::scan::Scanned;
 use serde::Serialize;
 
-/// A measured pass.
+/// A pass.
 #[derive(Serialize)]
 pub struct PassReport {
     /// Its name.
     pub name: String,
     /// Part of the frame.
     pub part: String,
-    /// Median, milliseconds; none before it was measured.
+    /// Median time, milliseconds; `None` before the first measurement.
     pub ms: Option<f64>,
 }
 
@@ -23,35 +23,35 @@ pub struct SideReport {
     pub passes: Vec<PassReport>,
     /// Sum over the technique's passes, milliseconds.
     pub technique_ms: Option<f64>,
-    /// Fewest measurements of any pass.
+    /// Smallest number of measurements of any pass.
     pub rounds: usize,
     /// How they were measured.
     pub method: String,
-    /// relMSE against the truth.
+    /// relMSE of `albedo * indirect` against the reference.
     pub rel_mse: Option<f64>,
     /// Whether its last frame is on the screen.
     pub drawn: bool,
-    /// What the scan of its last frame found; none where it was not asked for.
-    pub scanned: Option<Vec<ScannedReport>>,
+    /// Results of the NaN/Inf check; `None` unless the check is open.
+    pub check: Option<Vec<CheckReport>>,
 }
 
-/// What a texture or buffer held.
+/// The NaN/Inf check of one texture or buffer.
 #[derive(Serialize)]
-pub struct ScannedReport {
+pub struct CheckReport {
     /// Its name.
     pub name: String,
-    /// Values that were looked at.
+    /// Number of values.
     pub values: u64,
-    /// Values that are not finite.
+    /// Number of values that are not finite.
     pub not_finite: u64,
-    /// Values at the largest number of their format.
+    /// Number of values that are clamped: equal to the largest number of their format.
     pub clamped: u32,
-    /// Largest magnitude of the finite ones.
+    /// Largest magnitude of the finite values.
     pub largest: f32,
 }
 
-impl ScannedReport {
-    /// Of a line of the scan.
+impl CheckReport {
+    /// The report of one result.
     pub fn of(found: &Scanned) -> Self {
         Self {
             name: found.name.clone(),
@@ -63,34 +63,34 @@ impl ScannedReport {
     }
 }
 
-/// The application as it stands.
+/// The application.
 #[derive(Serialize)]
 pub struct Report {
-    /// The state as a link has it.
+    /// The state as text, as in links.
     pub address: String,
     /// Name of the scene that is shown.
     pub scene: String,
-    /// What the page says to its user, oldest first.
+    /// Messages to the user, oldest first.
     pub messages: Vec<String>,
     /// The sides that are shown.
     pub sides: Vec<SideReport>,
-    /// Samples a pixel of the truth.
-    pub truth_samples: u32,
-    /// The truth's own noise, as relMSE.
-    pub truth_noise: Option<f64>,
-    /// Whether everything is drawn as the state has it; times may still be measured and the truth traced.
+    /// Samples per pixel of the reference.
+    pub reference_samples: u32,
+    /// The noise of the reference, as relMSE.
+    pub reference_noise: Option<f64>,
+    /// Whether the picture of the current state is complete. Times may still be measured and the reference traced.
     pub settled: bool,
-    /// Adapter, as the browser or driver names it.
+    /// Name of the adapter, from the browser or the driver.
     pub adapter: String,
-    /// Exposure that is in use.
+    /// Exposure in use, a factor of radiance.
     pub exposure: Option<f32>,
-    /// Number of the frame: where what moves in the scene stands.
+    /// Frame number of the animation.
     pub frame: u32,
-    /// Places of controls by name: left, top, width, height in points.
+    /// Left, top, width and height of controls by name, points.
     pub marks: BTreeMap<String, [f32; 4]>,
     /// Width and height of the page, points.
     pub screen: [f32; 2],
-    /// Points that were tried on the current picture.
+    /// Number of configurations measured on the current picture.
     pub tried: usize,
     /// Milliseconds from the start of the application to the first picture.
     pub first_picture_ms: Option<f64>,

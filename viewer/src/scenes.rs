@@ -1,10 +1,10 @@
-//! Scenes: the bundled ones, and what somebody dropped onto the viewer.
+//! Bundled scenes, and scenes from files that were dropped onto the viewer.
 
 use std::{io::Cursor, path::Path};
 
 use halflight_scenes::{MemoryFiles, Scene, SceneError, generators::NAMES, load_scene};
 
-/// Scene files of the generators, by name.
+/// Scene files of the generators by name.
 const FILES: [(&str, &str); 6] = [
     ("atrium", include_str!("../../scenes/atrium.toml")),
     ("bars", include_str!("../../scenes/bars.toml")),
@@ -14,17 +14,17 @@ const FILES: [(&str, &str); 6] = [
     ("statue", include_str!("../../scenes/statue.toml")),
 ];
 
-/// Most bytes that a zip may unpack to: more does not fit a browser's memory beside the scene made of it.
+/// Largest unpacked size of a zip, bytes. More does not fit into a browser's memory together with the loaded scene.
 const LARGEST_ZIP: u64 = 1 << 30;
 
 /// The bundled scene of this name.
 ///
 /// # Errors
-/// Where there is none of that name.
+/// If there is no scene of that name.
 pub fn bundled(name: &str) -> Result<Scene, SceneError> {
     let file = FILES.iter().find(|(known, _)| *known == name);
     let (name, text) =
-        file.ok_or_else(|| SceneError(format!("no scene is called {name}: choose {}", NAMES.join(", "))))?;
+        file.ok_or_else(|| SceneError(format!("there is no scene {name}: choose {}", NAMES.join(", "))))?;
     let path = format!("{name}.toml");
     load_scene(&MemoryFiles::from_iter([(&path, text.as_bytes().to_vec())]), Path::new(&path))
 }
@@ -33,7 +33,7 @@ pub fn bundled(name: &str) -> Result<Scene, SceneError> {
 /// `.zip` of them.
 ///
 /// # Errors
-/// One sentence: what is missing among the files, or what is wrong in one of them, with its line.
+/// One sentence: which file is missing, or what is wrong in a file, with its line.
 pub fn dropped(files: Vec<(String, Vec<u8>)>) -> Result<Scene, SceneError> {
     let mut all = Vec::new();
     for (name, bytes) in files {
@@ -51,21 +51,21 @@ pub fn dropped(files: Vec<(String, Vec<u8>)>) -> Result<Scene, SceneError> {
         ([], []) => {
             let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).take(5).collect();
             return Err(SceneError(format!(
-                "no .obj and no .toml scene file is among what was dropped ({}): drop the model together with its .mtl \
+                "the dropped files ({}) contain no .obj and no .toml scene file: drop the model together with its .mtl \
                  and textures, or a .zip of them",
                 names.join(", ")
             )));
         }
         ([], many) | (many, _) => {
-            return Err(SceneError(format!("{} could be the scene: drop one of them", many.join(" and "))));
+            return Err(SceneError(format!("{} are several scenes: drop one of them", many.join(" and "))));
         }
     };
-    // Dropped files come without their folders, while materials name textures with theirs: a bare name serves both.
+    // Dropped files have no folders, but materials refer to textures with folders, so files are also found by name alone.
     let flat: Vec<_> = all.iter().map(|(name, bytes)| (bare(name).to_owned(), bytes.clone())).collect();
     load_scene(&Dropped { flat: flat.into_iter().collect(), exact: all.into_iter().collect() }, Path::new(&path))
 }
 
-/// Finds a file by its path or, failing that, by its bare name.
+/// Finds a file by its path or else by its name without folders.
 struct Dropped {
     exact: MemoryFiles,
     flat: MemoryFiles,
@@ -87,7 +87,7 @@ fn extension(name: &str) -> String {
 
 fn unzip(name: &str, bytes: &[u8]) -> Result<Vec<(String, Vec<u8>)>, SceneError> {
     let broken =
-        |error: &dyn std::fmt::Display| SceneError(format!("{name}: not a readable zip ({error}); pack it again"));
+        |error: &dyn std::fmt::Display| SceneError(format!("{name}: not a readable zip ({error}); create it again"));
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|e| broken(&e))?;
     let mut files = Vec::new();
     let mut left = LARGEST_ZIP;
@@ -98,10 +98,10 @@ fn unzip(name: &str, bytes: &[u8]) -> Result<Vec<(String, Vec<u8>)>, SceneError>
         }
         let path = file.name().map_err(|e| broken(&e))?.into_owned();
         let mut contents = Vec::new();
-        // The size in the header may lie, so what is read is counted.
+        // The size in the header may be wrong, so the bytes are counted while reading.
         std::io::Read::read_to_end(&mut std::io::Read::take(file, left + 1), &mut contents).map_err(|e| broken(&e))?;
         left = left.checked_sub(contents.len() as u64).ok_or_else(|| {
-            SceneError(format!("{name}: unpacks to more than {} MiB; leave large textures out", LARGEST_ZIP >> 20))
+            SceneError(format!("{name}: unpacks to more than {} MiB; remove large textures", LARGEST_ZIP >> 20))
         })?;
         files.push((path, contents));
     }
@@ -127,7 +127,7 @@ mod tests {
             writer.start_file(*name, zip::write::SimpleFileOptions::default()).expect("a new file");
             writer.write_all(text.as_bytes()).expect("memory takes it");
         }
-        writer.finish().expect("a whole zip").into_inner()
+        writer.finish().expect("a complete zip").into_inner()
     }
 
     #[test]
@@ -139,28 +139,28 @@ mod tests {
     }
 
     #[test]
-    fn a_model_comes_with_its_materials() {
+    fn a_model_is_loaded_with_its_materials() {
         for dropped_files in [
             files(&[("model.obj", OBJ), ("m.mtl", MTL)]),
             vec![("a.zip".to_owned(), zip(&[("folder/model.obj", OBJ), ("folder/m.mtl", MTL)]))],
             vec![("a.zip".to_owned(), zip(&[("folder/model.obj", OBJ), ("elsewhere/M.MTL", MTL)]))],
         ] {
-            let scene = dropped(dropped_files).expect("a good scene");
+            let scene = dropped(dropped_files).expect("a valid scene");
             assert_eq!(scene.materials[scene.meshes[0].material].albedo, [0.5, 0.1, 0.1]);
             assert_eq!(scene.warnings, Vec::<String>::new());
         }
     }
 
     #[test]
-    fn bad_drops_are_answered_with_the_mend() {
+    fn invalid_drops_are_reported_with_the_fix() {
         for (files, wanted) in [
-            (files(&[("picture.png", "")]), "no .obj and no .toml scene file is among what was dropped (picture.png)"),
-            (files(&[("a.obj", OBJ), ("b.obj", OBJ)]), "a.obj and b.obj could be the scene: drop one"),
+            (files(&[("picture.png", "")]), "the dropped files (picture.png) contain no .obj and no .toml"),
+            (files(&[("a.obj", OBJ), ("b.obj", OBJ)]), "a.obj and b.obj are several scenes: drop one"),
             (files(&[("broken.obj", "v 0 0 0\nf 1 2 9\n")]), "broken.obj:2"),
             (files(&[("a.zip", "no zip")]), "a.zip: not a readable zip"),
         ] {
-            let sentence = dropped(files).expect_err("a bad drop").to_string();
-            assert!(sentence.contains(wanted), "{sentence:?} does not say {wanted:?}");
+            let sentence = dropped(files).expect_err("an invalid drop").to_string();
+            assert!(sentence.contains(wanted), "{sentence:?} does not contain {wanted:?}");
         }
     }
 }

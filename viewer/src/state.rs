@@ -1,16 +1,16 @@
-//! Everything that a picture depends on, as plain data: what a link holds, and what undo steps through.
+//! Everything that a picture depends on, as plain data: the contents of a link and of an undo step.
 
 use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, Value},
 };
 use halflight_scenes::{Camera, Light};
-use halflight_techniques::{parameters_of, technique};
+use halflight_techniques::{TECHNIQUES, parameters_of, technique};
 
-/// Name of a scene that was dropped onto the viewer; no link can bring it back.
+/// Name of a scene that was dropped onto the viewer. A link cannot open it.
 pub const DROPPED: &str = "dropped";
 
-/// Sizes to choose from, pixels.
+/// Sizes in the menu, pixels.
 pub const SIZES: [[u32; 2]; 5] = [[320, 180], [640, 360], [960, 540], [1280, 720], [1920, 1080]];
 
 /// What the picture shows.
@@ -18,23 +18,23 @@ pub const SIZES: [[u32; 2]; 5] = [[320, 180], [640, 360], [960, 540], [1280, 720
 pub enum View {
     /// An output of the plan by its name, for example `final`.
     Output(&'static str),
-    /// How far `albedo * indirect` is from the truth.
+    /// The relative error of `albedo * indirect` against the reference.
     Error,
-    /// The path-traced picture.
-    Truth,
+    /// The path-traced reference.
+    Reference,
     /// A texture of the plan by its name, for example `surfels_8`.
     Texture(String),
 }
 
-/// Outputs that a view can show, with what they are.
+/// Outputs that a view can show, with descriptions.
 pub const OUTPUTS: [(&str, &str); 7] = [
     ("final", "direct + albedo * indirect"),
-    ("direct", "light that surfaces send on after direct light alone"),
-    ("indirect", "incident indirect light, without albedo"),
-    ("ambient_occlusion", "openness within a radius: white is open"),
+    ("direct", "radiance of surfaces under direct light alone"),
+    ("indirect", "incident indirect light (irradiance / pi), without albedo"),
+    ("ambient_occlusion", "ambient visibility within a radius: 1 (white) is open, 0 is occluded"),
     ("albedo", "diffuse reflectance"),
     ("normal", "normals in view space"),
-    ("depth", "distance along the camera's axis; near is bright"),
+    ("depth", "planar view depth; near is bright"),
 ];
 
 impl View {
@@ -43,23 +43,31 @@ impl View {
         match self {
             Self::Output(name) => name,
             Self::Error => "error",
-            Self::Truth => "truth",
+            Self::Reference => "truth",
             Self::Texture(name) => name,
         }
     }
 
-    /// The view of this name; a name that is none of the fixed ones is that of a texture.
+    /// Its name in the interface.
+    pub fn label(&self) -> &str {
+        match self {
+            Self::Reference => "reference",
+            other => other.name(),
+        }
+    }
+
+    /// The view of this name in links. Any other name is that of a texture.
     pub fn of(name: &str) -> Self {
         match (name, OUTPUTS.iter().find(|(output, _)| *output == name)) {
             (_, Some((output, _))) => Self::Output(output),
             ("error", _) => Self::Error,
-            ("truth", _) => Self::Truth,
+            ("truth", _) => Self::Reference,
             _ => Self::Texture(name.to_owned()),
         }
     }
 }
 
-/// A technique and those of its settings that are not left at their defaults.
+/// A technique and its settings that differ from the defaults.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Configuration {
     /// The technique.
@@ -77,11 +85,11 @@ impl Default for Configuration {
 impl Configuration {
     /// The technique's declaration.
     pub fn technique(&self) -> &'static Technique {
-        // The name always comes from the list itself; the first technique is only there for the types.
-        technique(self.technique).unwrap_or(&halflight_techniques::TECHNIQUES[0])
+        // The name always comes from the list of techniques, so the fallback is never used.
+        technique(self.technique).unwrap_or(&TECHNIQUES[0])
     }
 
-    /// Sets a value; one that equals the default is not kept, so that links stay short.
+    /// Sets a value. A value equal to the default is removed, so that links stay short.
     pub fn set(&mut self, key: &str, value: Value) {
         let default = parameters_of(self.technique()).into_iter().find(|p| p.key() == key).map(|p| p.default);
         if default.as_ref() == Some(&value) {
@@ -95,16 +103,16 @@ impl Configuration {
 /// A change to a light of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightChange {
-    /// World position; of no effect on a directional light.
+    /// World position; has no effect on a directional light.
     pub position: [f32; 3],
-    /// Direction of travel; of no effect on a point light.
+    /// Direction of travel; has no effect on a point light.
     pub direction: [f32; 3],
-    /// Factor of its brightness, 0..=100.
+    /// Factor of irradiance or intensity, 0..=100.
     pub strength: f32,
 }
 
 impl LightChange {
-    /// The change that changes nothing.
+    /// The identity change.
     pub fn none(light: &Light) -> Self {
         let (position, direction) = match *light {
             Light::Directional { direction, .. } => ([0.0; 3], direction),
@@ -140,23 +148,23 @@ pub struct State {
     pub scene: String,
     /// Width and height of the picture, pixels.
     pub size: [u32; 2],
-    /// Camera, where it is not the scene's own.
+    /// Camera; `None` for the scene's own.
     pub camera: Option<Camera>,
-    /// Changes to the scene's lights, by their place.
+    /// Changes to the scene's lights, by index.
     pub lights: Vec<(usize, LightChange)>,
     /// What the picture shows.
     pub view: View,
-    /// Exposure in stops, where it is not found from the picture.
+    /// Exposure in stops; `None` for automatic exposure.
     pub exposure: Option<f32>,
     /// Configurations A and B.
     pub sides: [Configuration; 2],
     /// Whether B is shown beside A.
     pub compare: bool,
-    /// Place of the divider, 0..1 of the picture's width.
+    /// Position of the divider, 0..1 of the picture's width.
     pub divider: f32,
-    /// Whether the path tracer works while the camera rests.
-    pub truth: bool,
-    /// Number of the frame that a scene stands at, where something moves in it.
+    /// Whether the path tracer runs while the camera is still.
+    pub reference: bool,
+    /// Frame number of an animated scene.
     pub frame: u32,
     /// Seed of every random number.
     pub seed: u32,
@@ -174,7 +182,7 @@ impl Default for State {
             sides: Default::default(),
             compare: false,
             divider: 0.5,
-            truth: true,
+            reference: true,
             frame: 0,
             seed: 0,
         }
@@ -191,7 +199,7 @@ impl State {
         lights.iter().enumerate().map(changed).collect()
     }
 
-    /// Changes a light; a change that changes nothing is not kept.
+    /// Sets the change of a light. An identity change is removed.
     pub fn change_light(&mut self, index: usize, light: &Light, change: LightChange) {
         self.lights.retain(|(at, _)| *at != index);
         if change != LightChange::none(light) {
@@ -200,7 +208,7 @@ impl State {
         }
     }
 
-    /// Takes another scene; what belonged to the old one goes.
+    /// Opens another scene and resets everything that belongs to the old one.
     pub fn open(&mut self, scene: &str) {
         self.scene = scene.to_owned();
         (self.camera, self.exposure, self.frame) = (None, None, 0);

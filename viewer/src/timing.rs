@@ -1,4 +1,4 @@
-//! How long the passes take: timestamps where they can be trusted, otherwise by repetition.
+//! Times of passes: by timestamps where these are reliable, otherwise by repetition.
 
 use std::{
     collections::VecDeque,
@@ -7,16 +7,16 @@ use std::{
     task::{Context, Poll, Waker},
 };
 
-use halflight_frame_graph::{CompiledGraph, Gpu, Part};
+use halflight_frame_graph::{CompiledGraph, Gpu, Part, Pass};
 use web_time::Instant;
 
-/// Measurements of a pass that its median is taken over.
+/// Number of measurements of a pass that its median is taken over.
 const KEPT: usize = 31;
-/// Time that the repetitions of one pass should take, milliseconds: long beside a browser's rounding of clocks.
+/// Target time of the repetitions of one pass, milliseconds: long compared with a browser's clock resolution.
 const REPEATED_MS: f64 = 40.0;
-/// Repetitions of a pass of which nothing is known yet.
+/// Repetitions of a pass before its first measurement.
 const FIRST_REPEATS: u32 = 4;
-/// Most repetitions of a pass in one submission.
+/// Largest number of repetitions in one submission.
 const MOST_REPEATS: u32 = 64;
 
 /// How passes are timed.
@@ -24,55 +24,55 @@ const MOST_REPEATS: u32 = 64;
 pub enum Method {
     /// Timestamps around each pass.
     Timestamps,
-    /// Each pass many times over, because the device has no timestamps.
+    /// By repetition, because the device has no timestamps.
     NoTimestamps,
-    /// Each pass many times over, because the browser rounds timestamps.
+    /// By repetition, because the browser rounds timestamps.
     CoarseTimestamps,
-    /// Each pass many times over, because the adapter is software, which writes timestamps when it likes.
+    /// By repetition, because a software adapter defers work, so its timestamps do not separate passes.
     Software,
 }
 
 impl Method {
-    /// What somebody has to know of the numbers.
+    /// A note for the user about the numbers.
     pub fn note(self) -> &'static str {
         match self {
-            Self::Timestamps => "measured by timestamps on the device",
+            Self::Timestamps => "measured with timestamps on the device",
             Self::NoTimestamps => {
-                "this browser or device gives no timestamps: each pass is repeated and timed by the clock"
+                "this browser or device has no timestamps, so each pass is repeated and timed with the system clock"
             }
             Self::CoarseTimestamps => {
-                "this browser rounds timestamps: each pass is repeated and timed by the clock instead"
+                "this browser rounds timestamps, so each pass is repeated and timed with the system clock"
             }
             Self::Software => {
-                "a software adapter, whose timestamps do not tell passes apart: each pass is repeated and timed by the \
-                 clock; compare by ratio only"
+                "timestamps of a software adapter do not separate passes, so each pass is repeated and timed with the \
+                 system clock; compare ratios only"
             }
         }
     }
 }
 
-/// Whether these timestamps, nanoseconds, were rounded by a browser: to 100 microseconds or to 2^16 nanoseconds.
+/// Whether a browser rounded these timestamps (nanoseconds) to 100 microseconds or to 2^16 nanoseconds.
 pub fn is_coarse(nanoseconds: &[u64]) -> bool {
     [100_000, 1 << 16].iter().any(|step| nanoseconds.iter().all(|time| time % step == 0)) && !nanoseconds.is_empty()
 }
 
-/// Running times of the passes of a plan.
+/// Running medians of the times of a plan's passes.
 #[derive(Debug, Default)]
 pub struct Times {
     passes: Vec<(String, Part, VecDeque<f64>)>,
-    /// Whether each pass runs in the first frame alone, and so is no part of a frame's time.
+    /// Whether each pass runs only in the first frame, so that it does not count to the time of a frame.
     once: Vec<bool>,
 }
 
 impl Times {
-    /// No measurement yet of these passes.
-    pub fn new(recording: &CompiledGraph) -> Self {
-        let pass = |pass: &halflight_frame_graph::Pass| (pass.name.clone(), pass.part, VecDeque::new());
-        let passes = &recording.plan().passes;
+    /// The passes of a compiled graph, without measurements.
+    pub fn new(graph: &CompiledGraph) -> Self {
+        let pass = |pass: &Pass| (pass.name.clone(), pass.part, VecDeque::new());
+        let passes = &graph.plan().passes;
         Self { passes: passes.iter().map(pass).collect(), once: passes.iter().map(|pass| pass.once).collect() }
     }
 
-    /// Takes in a measurement of a pass, milliseconds.
+    /// Adds a measurement of a pass, milliseconds.
     pub fn add(&mut self, pass: usize, milliseconds: f64) {
         if let Some((_, _, kept)) = self.passes.get_mut(pass) {
             kept.push_back(milliseconds);
@@ -82,24 +82,25 @@ impl Times {
         }
     }
 
-    /// Name, part and running median of each pass, milliseconds; NaN where nothing was measured.
+    /// Name, part and running median of each pass, milliseconds; NaN without measurements.
     pub fn medians(&self) -> impl Iterator<Item = (&str, Part, f64)> {
         self.passes.iter().map(|(name, part, kept)| (name.as_str(), *part, median(kept)))
     }
 
-    /// Sum of the medians of a part's passes, milliseconds; those that run once are left out, as in the evaluator's tables.
+    /// Sum of the medians of a part's passes, milliseconds. Passes that run once do not count, as in the evaluator's
+    /// tables.
     pub fn of_part(&self, wanted: Part) -> f64 {
         let in_every_frame = self.medians().zip(&self.once).filter(|(_, once)| !**once).map(|(pass, _)| pass);
         in_every_frame.filter(|(_, part, _)| *part == wanted).map(|(_, _, ms)| ms).sum()
     }
 
-    /// Sum of the medians of a technique's passes, milliseconds; none before every pass was measured.
+    /// Sum of the medians of a technique's passes, milliseconds; `None` until every pass is measured.
     pub fn technique(&self) -> Option<f64> {
         let sum = self.of_part(Part::Technique);
         (sum.is_finite() && !self.passes.is_empty()).then_some(sum)
     }
 
-    /// Fewest measurements that any pass has.
+    /// Smallest number of measurements of any pass.
     pub fn rounds(&self) -> usize {
         self.passes.iter().map(|(_, _, kept)| kept.len()).min().unwrap_or(0)
     }
@@ -115,7 +116,7 @@ fn median(values: &VecDeque<f64>) -> f64 {
     }
 }
 
-/// Work on the device, and when it was done.
+/// Submitted work and the time at which it was complete.
 #[derive(Clone)]
 pub struct Work {
     start: Instant,
@@ -129,26 +130,26 @@ struct End {
 }
 
 impl Work {
-    /// Submits, and notes the time.
+    /// Submits commands and records the time.
     pub fn submit(queue: &wgpu::Queue, commands: Option<wgpu::CommandBuffer>) -> Self {
         let end: Arc<Mutex<End>> = Arc::default();
-        let noted = end.clone();
+        let recorded = end.clone();
         let start = Instant::now();
         queue.submit(commands);
         queue.on_submitted_work_done(move || {
-            let mut end = noted.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut end = recorded.lock().unwrap_or_else(PoisonError::into_inner);
             end.at = Some(Instant::now());
             end.waker.take().into_iter().for_each(Waker::wake);
         });
         Self { start, end }
     }
 
-    /// Milliseconds from submission to the end, once there is one.
+    /// Milliseconds from submission to completion, once complete.
     pub fn milliseconds(&self) -> Option<f64> {
         Some(self.end()?.duration_since(self.start).as_secs_f64() * 1e3)
     }
 
-    /// When it was done.
+    /// The time of completion, once complete.
     pub fn end(&self) -> Option<Instant> {
         self.end.lock().unwrap_or_else(PoisonError::into_inner).at
     }
@@ -163,9 +164,8 @@ impl Future for Work {
     }
 }
 
-/// One round of repetitions: each pass once, then many times over in one submission. The difference is free of what a
-/// submission costs by itself. While a round runs the interface is not painted, because its own painting would be timed,
-/// too.
+/// A round of repetitions: each pass once, then several times in one submission. The difference does not contain the
+/// overhead of a submission. The interface is not painted during a round, because that would be timed, too.
 pub struct Round {
     found: Arc<Mutex<Found>>,
 }
@@ -178,17 +178,17 @@ struct Found {
 
 impl Drop for Round {
     fn drop(&mut self) {
-        // Ends the round: its textures may be gone before its next submission.
+        // Ends the round, because its textures may be freed before its next submission.
         self.found.lock().unwrap_or_else(PoisonError::into_inner).over = true;
     }
 }
 
 impl Round {
-    /// Starts a round; `times` says how often each pass is repeated. `ended` is called at the end.
-    pub fn start(gpu: &Gpu, recording: &CompiledGraph, times: &Times, ended: impl Fn() + 'static) -> Self {
+    /// Starts a round. `times` determines how often each pass is repeated. `ended` is called at the end.
+    pub fn start(gpu: &Gpu, graph: &CompiledGraph, times: &Times, ended: impl Fn() + 'static) -> Self {
         let encode = |pass: usize, repeats: u32| {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            recording.record_repeated(&mut encoder, pass, repeats);
+            graph.record_repeated(&mut encoder, pass, repeats);
             encoder.finish()
         };
         let jobs: Vec<_> = times
@@ -203,13 +203,18 @@ impl Round {
         let found: Arc<Mutex<Found>> = Arc::default();
         let (results, queue) = (found.clone(), gpu.queue.clone());
         let round = async move {
-            // What was submitted before, such as the painting of the interface, is waited for.
+            // Wait for earlier submissions, such as the painting of the interface.
             Work::submit(&queue, None).await;
+            // Checked before every submission: the textures of a dropped round may be destroyed.
+            let is_over = || results.lock().unwrap_or_else(PoisonError::into_inner).over;
             for (pass, repeats, once, many) in jobs {
-                if results.lock().unwrap_or_else(PoisonError::into_inner).over {
+                if is_over() {
                     return;
                 }
                 let once = Work::submit(&queue, Some(once)).await;
+                if is_over() {
+                    return;
+                }
                 let many = Work::submit(&queue, Some(many)).await;
                 let each = (many - once).max(0.0) / f64::from(repeats);
                 results.lock().unwrap_or_else(PoisonError::into_inner).passes.push((pass, each));
@@ -224,7 +229,7 @@ impl Round {
         Self { found }
     }
 
-    /// Takes over what was found so far; true where the round is over.
+    /// Moves the measurements so far to `times`; true if the round is over.
     pub fn collect(&self, times: &mut Times) -> bool {
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         found.passes.drain(..).for_each(|(pass, ms)| times.add(pass, ms));
@@ -232,7 +237,7 @@ impl Round {
     }
 }
 
-/// In a window nobody else waits for the device, and a clock that is read once a frame would tell nothing.
+/// Runs a round to its end. A desktop window polls the device once per frame only, which is too coarse for times.
 #[cfg(not(target_arch = "wasm32"))]
 fn block_on(round: impl Future<Output = ()>, device: &wgpu::Device) {
     let mut round = std::pin::pin!(round);
@@ -249,7 +254,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_median_is_robust_and_runs() {
+    fn a_running_median_ignores_outliers() {
         let mut times = Times { passes: vec![("gather".into(), Part::Technique, VecDeque::new())], once: vec![false] };
         assert_eq!(times.technique(), None);
         for value in [3.0, 900.0, 1.0, 2.0] {
@@ -261,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn rounded_timestamps_are_recognised() {
+    fn rounded_timestamps_are_recognized() {
         assert!(is_coarse(&[100_000, 300_000, 0]));
         assert!(is_coarse(&[65_536, 0, 655_360]));
         assert!(!is_coarse(&[100_000, 300_001]));

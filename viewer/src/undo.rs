@@ -1,57 +1,25 @@
-//! Steps back and forth through the states that somebody made.
+//! Undo steps: egui's undoer, with a step as soon as a change is complete.
+
+use eframe::egui::util::undoer::{Settings, Undoer};
 
 use crate::state::State;
 
-/// Steps that are kept.
-const MOST: usize = 200;
-
 /// The states before and after the current one.
-#[derive(Debug)]
-pub struct Undo {
-    committed: State,
-    before: Vec<State>,
-    after: Vec<State>,
+pub type Undo = Undoer<State>;
+
+/// An undoer whose first step is this state.
+pub fn undo_from(state: &State) -> Undo {
+    let mut undo = Undo::with_settings(Settings { max_undos: 200, ..Settings::default() });
+    undo.add_undo(state);
+    undo
 }
 
-impl Undo {
-    /// Nothing to undo yet.
-    pub fn new(state: &State) -> Self {
-        Self { committed: state.clone(), before: Vec::new(), after: Vec::new() }
-    }
-
-    /// Makes a step of what changed since the last call. Call it when no change is under way, so that dragging a
-    /// slider is one step.
-    pub fn commit(&mut self, state: &State) {
-        if *state != self.committed {
-            self.before.push(std::mem::replace(&mut self.committed, state.clone()));
-            if self.before.len() > MOST {
-                self.before.remove(0);
-            }
-            self.after.clear();
-        }
-    }
-
-    /// Goes one step back; false where there is none.
-    pub fn undo(&mut self, state: &mut State) -> bool {
-        self.commit(state);
-        let Some(earlier) = self.before.pop() else { return false };
-        self.after.push(std::mem::replace(&mut self.committed, earlier));
-        state.clone_from(&self.committed);
-        true
-    }
-
-    /// Goes one step forth again; false where there is none.
-    pub fn redo(&mut self, state: &mut State) -> bool {
-        let Some(later) = self.after.pop() else { return false };
-        self.before.push(std::mem::replace(&mut self.committed, later));
-        state.clone_from(&self.committed);
-        true
-    }
-
-    /// Whether there is a step back and a step forth.
-    pub fn can(&self) -> [bool; 2] {
-        [!self.before.is_empty(), !self.after.is_empty()]
-    }
+/// Adds an undo step if the state has changed since the last one. Call it when no change is in progress, so that
+/// dragging a slider is one step.
+pub fn commit(undo: &mut Undo, state: &State) {
+    // The first call drops redo steps after a change. The second adds the step at once instead of after a delay.
+    undo.feed_state(0.0, state);
+    undo.add_undo(state);
 }
 
 #[cfg(test)]
@@ -60,29 +28,23 @@ mod tests {
 
     #[test]
     fn steps_go_back_and_forth() {
-        let mut state = State::default();
-        let mut undo = Undo::new(&state);
-        let seeds = |undo: &mut Undo, state: &mut State| {
-            for seed in [1, 2] {
-                state.seed = seed;
-                undo.commit(state);
-                undo.commit(state);
-            }
-        };
-        seeds(&mut undo, &mut state);
-        assert_eq!(undo.can(), [true, false]);
-        // A change that is not committed yet is a step of its own.
-        state.seed = 3;
-        for wanted in [2, 1, 0] {
-            assert!(undo.undo(&mut state));
-            assert_eq!(state.seed, wanted);
+        let with_seed = |seed| State { seed, ..State::default() };
+        let mut undo = undo_from(&with_seed(0));
+        for seed in [1, 1, 2, 2] {
+            commit(&mut undo, &with_seed(seed));
         }
-        assert!(!undo.undo(&mut state));
-        assert!(undo.redo(&mut state) && undo.redo(&mut state));
-        assert_eq!(state.seed, 2);
-        // A new change forgets what was undone.
-        state.seed = 9;
-        undo.commit(&state);
-        assert!(!undo.redo(&mut state));
+        assert!(undo.has_undo(&with_seed(2)) && !undo.has_redo(&with_seed(2)));
+        // A change that is not committed yet is a step of its own.
+        for (current, earlier) in [(3, 2), (2, 1), (1, 0)] {
+            assert_eq!(undo.undo(&with_seed(current)), Some(&with_seed(earlier)));
+        }
+        assert_eq!(undo.undo(&with_seed(0)), None);
+        for (current, later) in [(0, 1), (1, 2), (2, 3)] {
+            assert_eq!(undo.redo(&with_seed(current)), Some(&with_seed(later)));
+        }
+        // A new change removes the redo steps.
+        assert_eq!(undo.undo(&with_seed(3)), Some(&with_seed(2)));
+        commit(&mut undo, &with_seed(9));
+        assert_eq!(undo.redo(&with_seed(9)), None);
     }
 }

@@ -1,4 +1,4 @@
-//! Entry points for the page's script.
+//! Functions for the page's script.
 
 use std::cell::RefCell;
 
@@ -9,8 +9,8 @@ use wasm_bindgen::prelude::*;
 extern "C" {
     /// Offers a file for download. Defined by the page.
     #[wasm_bindgen(js_name = halflightSave)]
-    fn save(name: &str, contents: &str);
-    /// Hears that the device was lost. Defined by the page.
+    fn save(name: &str, contents: &[u8]);
+    /// Called when the device is lost. Defined by the page.
     #[wasm_bindgen(js_name = halflightLost)]
     fn device_lost(reason: &str);
 }
@@ -25,7 +25,7 @@ struct Page;
 impl Host for Page {
     fn show_address(&mut self, state: &str) {
         let Some(window) = web_sys::window() else { return };
-        // A fragment: it never reaches a server, and works under any path of any host.
+        // A fragment is never sent to a server and works under any path of any host.
         if let Ok(history) = window.history() {
             let _ = history.replace_state_with_url(&JsValue::NULL, "", Some(&format!("#{state}")));
         }
@@ -37,9 +37,9 @@ impl Host for Page {
         format!("{page}#{state}")
     }
 
-    fn save(&mut self, name: &str, contents: &str) -> String {
+    fn save(&mut self, name: &str, contents: &[u8]) -> String {
         save(name, contents);
-        format!("{name} is among your downloads")
+        format!("{name} was downloaded")
     }
 
     fn adapter(&self) -> Option<String> {
@@ -54,10 +54,10 @@ impl Host for Page {
     }
 }
 
-/// Opens the viewer on a canvas, in the state of this address. A viewer that is open is closed first.
+/// Opens the viewer on a canvas with the state of this address. An open viewer is closed first.
 ///
 /// # Errors
-/// Where the browser gives no device, in the browser's words.
+/// The browser's message if there is no device.
 #[wasm_bindgen]
 pub async fn start(canvas: web_sys::HtmlCanvasElement, address: String) -> Result<(), JsValue> {
     if let Some(old) = RUNNER.take() {
@@ -74,32 +74,33 @@ pub async fn start(canvas: web_sys::HtmlCanvasElement, address: String) -> Resul
     Ok(())
 }
 
-/// Calls a function with the open viewer; none where it is closed or was left by a panic.
+/// Calls a function with the open viewer; `None` if it is closed or has panicked.
 fn with<T>(call: impl FnOnce(&mut Viewer) -> T) -> Option<T> {
     let runner = RUNNER.with_borrow(Clone::clone)?;
     let mut viewer = runner.app_mut::<Viewer>()?;
     Some(call(&mut viewer))
 }
 
-/// What there is to know about the open viewer, as JSON; empty where it is closed.
+/// The state of the open viewer as JSON; empty if it is closed.
 #[wasm_bindgen]
 pub fn report() -> String {
     with(|viewer| viewer.report_json()).unwrap_or_default()
 }
 
-/// Takes over the state of a link.
+/// Opens the state of a link.
 #[wasm_bindgen]
 pub fn go_to(address: &str) {
     with(|viewer| viewer.go_to(address));
 }
 
-/// Loses the device, to see what happens then.
+/// Destroys the device, to test the recovery.
 #[wasm_bindgen]
 pub fn lose_device() {
     with(|viewer| viewer.lose_device());
 }
 
-/// An output of side A, for example `indirect`: four numbers a pixel, rows from the top; empty where there is none.
+/// An output of side A, for example `indirect`: four numbers per pixel, rows from top to bottom; empty if there is no
+/// such output.
 #[wasm_bindgen]
 pub async fn read_output(name: String) -> Vec<f32> {
     let Some(reading) = with(|viewer| viewer.read_output(&name)).flatten() else { return Vec::new() };
@@ -111,7 +112,7 @@ pub async fn read_output(name: String) -> Vec<f32> {
     }
 }
 
-/// Lets the browser do something else.
+/// Returns control to the browser for a moment.
 async fn pause() {
     let promise = js_sys::Promise::new(&mut |resolve, _| {
         if let Some(window) = web_sys::window() {

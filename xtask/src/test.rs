@@ -8,7 +8,9 @@ use std::{
 use crate::{Stop, cargo, run, setup};
 
 /// The crates that run in a browser.
-const PORTABLE: [&str; 14] = [
+const PORTABLE: [&str; 16] = [
+    "-p",
+    "halflight-metrics",
     "-p",
     "halflight-scenes",
     "-p",

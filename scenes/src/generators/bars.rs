@@ -1,5 +1,5 @@
-//! Thin occluders: racks of bars from one millimetre to eight centimetres thick between lit, coloured
-//! walls and the surfaces that these light. What light misses a bar, a screen-space method can show wrongly.
+//! Thin occluders: racks of bars from one millimetre to eight centimetres thick between lit, coloured panels and the
+//! surfaces that the panels light. Screen-space methods often get the light past such bars wrong.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -10,10 +10,11 @@ use super::{
     build::{Builder, Pen},
 };
 
-/// Half the room's width, its height, and half its depth, metres; it is open towards +z.
+/// Half the room's width, its height, and half its depth, metres. It is open towards +z.
 const ROOM: [f32; 3] = [2.0, 2.4, 1.5];
 
-/// Builds the room: four coloured panels, a rack of poles before each, finer rails before these, a ladder and a cage.
+/// Builds the room: four coloured panels, a rack of poles in front of each, finer rails in front of these, a ladder and a
+/// cage.
 pub fn build() -> Geometry {
     let mut b = Builder::default();
     let wall = b.plain("wall", [0.72, 0.70, 0.66]);
@@ -36,7 +37,7 @@ pub fn build() -> Geometry {
     for (i, panel) in panels.into_iter().enumerate() {
         let x = [i as f32 - w, i as f32 + 1.0 - w];
         b.on(panel).quad([vec3(x[0], 0., -d), vec3(x[1], 0., -d), vec3(x[1], h, -d), vec3(x[0], h, -d)]);
-        // Poles 1, 2, 4 and 8 cm thick, one thickness before each panel.
+        // Poles 1, 2, 4 and 8 cm thick, one thickness per panel.
         let radius = 0.005 * (1 << i) as f32;
         let mut pen = b.on(paint);
         for k in 0..6 {
@@ -58,7 +59,7 @@ pub fn build() -> Geometry {
     }
     ladder(&mut b.on(paint), vec3(1.45, 0.0, 0.75), vec3(1.93, 2.0, 0.75));
     cage(&mut b.on(metal), vec3(-1.2, 0.75, 0.35));
-    // What the fine bars darken: two blocks on the floor before the rails.
+    // Two blocks on the floor in front of the rails receive the shadows of the fine bars.
     let mut pen = b.on(wall);
     pen.block(vec3(-0.55, -0.05, -0.1), vec3(-0.2, 0.3, 0.25));
     pen.block(vec3(0.35, -0.05, 0.05), vec3(0.6, 0.55, 0.3));
@@ -69,7 +70,7 @@ fn bar(pen: &mut Pen<'_>, from: Vec3, to: Vec3, radius: f32) {
     pen.tube(&[from, to], radius, 12);
 }
 
-/// A ladder that leans in the x-y plane from `foot` to `head`, both in the middle of its width.
+/// A ladder that leans in the x-y plane from `foot` to `head`, the centres of its ends.
 fn ladder(pen: &mut Pen<'_>, foot: Vec3, head: Vec3) {
     let half = Vec3::Z * 0.22;
     for hand in [-half, half] {
@@ -81,7 +82,7 @@ fn ladder(pen: &mut Pen<'_>, foot: Vec3, head: Vec3) {
     }
 }
 
-/// A bird cage of wire 3 mm thick on a cord from the ceiling; `foot` is the middle of its floor.
+/// A bird cage of wire 3 mm thick on a cord from the ceiling; `foot` is the centre of its floor.
 fn cage(pen: &mut Pen<'_>, foot: Vec3) {
     let (radius, wall) = (0.24, 0.34);
     let crown = foot + Vec3::Y * (wall + radius);

@@ -7,32 +7,32 @@ use glam::{Affine3A, BVec3, Mat3A, Vec2, Vec3};
 use super::Geometry;
 use crate::{Material, Mesh, Texture};
 
-/// Turns sharper than this along a profile stay hard edges; gentler ones are shaded smooth (cosine of 40 degrees).
+/// Cosine of 40 degrees. Sharper corners of a profile are hard edges; gentler ones are shaded smoothly.
 const CREASE_COSINE: f32 = 0.766;
 
-/// Twice the area, square metres, below which a triangle is left out: collapsed poles and zero-width strips.
+/// Twice the area, square metres, below which a triangle is dropped: collapsed poles and strips of zero width.
 const DEGENERATE_AREA: f32 = 1e-9;
 
-/// The face of a block that looks along -x; the others follow likewise.
+/// The face of a block with the normal -x.
 pub const LEFT: u8 = 1;
-/// Along +x.
+/// Normal +x.
 pub const RIGHT: u8 = 2;
-/// Along -y.
+/// Normal -y.
 pub const BELOW: u8 = 4;
-/// Along +y.
+/// Normal +y.
 pub const ABOVE: u8 = 8;
-/// Along -z.
+/// Normal -z.
 pub const BEHIND: u8 = 16;
-/// Along +z.
+/// Normal +z.
 pub const FRONT: u8 = 32;
 
-/// A geometry under construction: one mesh for each material.
+/// A geometry under construction: one mesh per material.
 #[derive(Default)]
 pub struct Builder {
     geometry: Geometry,
-    /// Metres that one repeat of each material's texture covers.
+    /// Length that one repeat of each material's texture covers, metres.
     repeats: Vec<f32>,
-    /// Where the parts drawn from now on stand: local to world, rotation and translation only.
+    /// Local to world space of the parts that are drawn next; rotation and translation only.
     pub frame: Affine3A,
 }
 
@@ -41,30 +41,30 @@ pub struct Builder {
 pub struct MaterialId(usize);
 
 impl Builder {
-    /// Adds a plain material of this linear albedo.
+    /// Adds an untextured material of this linear albedo.
     pub fn plain(&mut self, name: &str, albedo: [f32; 3]) -> MaterialId {
         self.add(Material { name: name.into(), albedo, ..Material::default() }, 1.0)
     }
 
-    /// Adds a material whose albedo is this texture, one repeat covering `metres`.
+    /// Adds a material with this albedo texture; one repeat covers `metres`.
     pub fn textured(&mut self, texture: Texture, metres: f32) -> MaterialId {
         let name = texture.name.trim_end_matches(".png").to_owned();
         let index = self.geometry.textures.len();
-        let cut_out = texture.rgba.chunks_exact(4).any(|texel| texel[3] < 255);
+        let masked = texture.rgba.chunks_exact(4).any(|texel| texel[3] < 255);
         self.geometry.textures.push(texture);
         self.add(
             Material {
                 name,
                 albedo: [1.0; 3],
                 albedo_texture: Some(index),
-                alpha_texture: cut_out.then_some(index),
+                alpha_texture: masked.then_some(index),
                 ..Material::default()
             },
             metres,
         )
     }
 
-    /// Adds any material, one repeat of its texture covering `metres`.
+    /// Adds a material; one repeat of its texture covers `metres`.
     pub fn add(&mut self, material: Material, metres: f32) -> MaterialId {
         let id = self.geometry.materials.len();
         self.geometry.meshes.push(Mesh { name: material.name.clone(), material: id, ..Mesh::default() });
@@ -78,7 +78,7 @@ impl Builder {
         Pen { mesh: &mut self.geometry.meshes[id], frame: self.frame, repeat: self.repeats[id] }
     }
 
-    /// The finished geometry, without meshes that nothing was drawn into.
+    /// The finished geometry, without empty meshes.
     pub fn finish(mut self) -> Geometry {
         self.geometry.meshes.retain(|mesh| !mesh.indices.is_empty());
         self.geometry
@@ -113,7 +113,7 @@ impl Pen<'_> {
         index
     }
 
-    /// Adds a triangle, wound so that it faces the way its vertex normals do; a degenerate one is left out.
+    /// Adds a triangle whose winding agrees with its vertex normals. Degenerate triangles are dropped.
     pub fn triangle(&mut self, [a, b, c]: [u32; 3]) {
         let position = |i: u32| Vec3::from(self.mesh.positions[i as usize]);
         let normal = |i: u32| Vec3::from(self.mesh.normals[i as usize]);
@@ -132,7 +132,7 @@ impl Pen<'_> {
         self.triangle([a, c, d]);
     }
 
-    /// A flat quad whose texture is laid on in metres, seen along the axis that it faces most.
+    /// A flat quad textured by projection along the main axis of its normal.
     pub fn quad(&mut self, corners: [Vec3; 4]) {
         let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]);
         self.quad_uv(corners, corners.map(|corner| planar_uv(corner, normal)));
@@ -143,7 +143,7 @@ impl Pen<'_> {
         self.block_without(0, low, high);
     }
 
-    /// A box that lacks the faces of the set `hidden`, those that are buried in other parts.
+    /// A box without the faces of the set `hidden`, which are inside other parts.
     pub fn block_without(&mut self, hidden: u8, low: Vec3, high: Vec3) {
         let corner = |i: usize| Vec3::select(BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low);
         for (face, corners) in [
@@ -161,7 +161,7 @@ impl Pen<'_> {
     }
 
     /// A curved sheet: `surface(s, t)` gives position and texture coordinates (metres) for s and t in 0..1.
-    /// It faces d/ds x d/dt; the normal of a vertex is the mean of the facets around it, weighted by area.
+    /// It faces d/ds x d/dt. The normal of a vertex is the area-weighted mean of the facets around it.
     pub fn sheet(&mut self, columns: usize, rows: usize, surface: impl Fn(f32, f32) -> (Vec3, Vec2)) {
         let start = self.mesh.positions.len();
         let points: Vec<_> = (0..=rows)
@@ -189,15 +189,15 @@ impl Pen<'_> {
         }
     }
 
-    /// A cross-section carried along frames: each station maps the profile's plane to x and y of a
-    /// frame, `u` is its texture coordinate (metres). The profile's `v` is its arc length.
+    /// A profile swept along frames. Each station maps the profile's plane to x and y of a frame; `u` is its texture
+    /// coordinate (metres). The profile's `v` is its arc length.
     pub fn sweep(&mut self, profile: &Profile, stations: impl IntoIterator<Item = (Affine3A, f32)>) {
         self.carry(profile, stations, |(frame, u), point, normal| {
             (frame.transform_point3(point.extend(0.0)), frame.transform_vector3(normal.extend(0.0)), *u)
         });
     }
 
-    /// Carries a profile along any stations: `place` gives position, normal and `u` of a point of the profile.
+    /// Sweeps a profile along stations. `place` gives position, normal and `u` of a point of the profile.
     fn carry<S>(
         &mut self,
         profile: &Profile,
@@ -222,23 +222,22 @@ impl Pen<'_> {
         }
     }
 
-    /// Turns a profile of (radius, height) about the y axis through `foot`.
+    /// A surface of revolution: a profile of (radius, height) about the y axis through `foot`.
     pub fn lathe(&mut self, foot: Vec3, profile: &Profile, segments: usize) {
         let girth = profile.rows.iter().map(|row| row.0.x).fold(0.0, f32::max) * TAU;
         self.sweep(
             profile,
             (0..=segments).map(|i| {
                 let turn = i as f32 / segments as f32;
-                // The last station repeats the first exactly, so that the seam is closed.
+                // The last station equals the first exactly, so that the seam is closed.
                 let spin = Mat3A::from_rotation_y(if i == segments { 0.0 } else { turn * TAU });
                 (Affine3A { matrix3: spin, translation: foot.into() }, turn * girth)
             }),
         );
     }
 
-    /// A profile of (outward, up) drawn straight along x at height `y`, standing out towards +z from plane `z`.
-    /// Its ends are mitred: they move inwards by `mitre` times the distance from the plane, so 1 meets
-    /// its like in a concave corner and -1 on a convex one.
+    /// A profile of (outward, up) extruded along x at height `y`, towards +z from the plane `z`. Its ends are mitred:
+    /// they move inwards by `mitre` times the distance from the plane. 1 fits a concave corner, -1 a convex one.
     pub fn moulding(&mut self, profile: &Profile, x: [f32; 2], y: f32, z: f32, mitre: f32) {
         self.carry(profile, [(x[0], mitre), (x[1], -mitre)], |&(x, mitre), point, normal| {
             let x = x + mitre * (point.x + z);
@@ -253,7 +252,7 @@ impl Pen<'_> {
         let stations: Vec<_> = (0..path.len())
             .map(|i| {
                 let tangent = (path[(i + 1).min(path.len() - 1)] - path[i.saturating_sub(1)]).normalize();
-                // Carried along without twist.
+                // The frame is transported without twist.
                 across = (across - tangent * across.dot(tangent)).normalize();
                 travelled += if i > 0 { path[i].distance(path[i - 1]) } else { 0.0 };
                 let matrix3 = Mat3A::from_cols(across.into(), tangent.cross(across).into(), tangent.into());
@@ -269,16 +268,16 @@ impl Pen<'_> {
     }
 }
 
-/// A cross-section: a polyline with its outside on the right hand of one who walks along it.
+/// A cross-section: a polyline whose outside is on its right.
 pub struct Profile {
     /// Point, unit outward normal, arc length from the start.
     rows: Vec<(Vec2, Vec2, f32)>,
-    /// Rows that are joined to the next row.
+    /// Rows that are connected to the next row.
     bands: Vec<u32>,
 }
 
 impl Profile {
-    /// A profile through these points: smooth at gentle turns, creased at sharp ones.
+    /// A profile through these points: smooth at gentle corners, creased at sharp ones.
     pub fn new(points: &[[f32; 2]]) -> Self {
         let points: Vec<Vec2> = points.iter().map(|&p| p.into()).collect();
         let outward: Vec<Vec2> = points.windows(2).map(|w| -(w[1] - w[0]).perp().normalize_or_zero()).collect();
@@ -307,11 +306,11 @@ impl Profile {
     }
 }
 
-/// Chance that is the same in every run: a permuted congruential generator (PCG-RXS-M-XS 32).
+/// Reproducible random numbers: a permuted congruential generator (PCG-RXS-M-XS 32).
 pub struct Chance(u32);
 
 impl Chance {
-    /// A stream of its own for each seed.
+    /// One stream per seed.
     pub fn new(seed: u32) -> Self {
         Self(hash(seed))
     }
@@ -328,7 +327,7 @@ impl Chance {
     }
 }
 
-/// One step of the generator: a well-mixed function of its argument.
+/// One step of the generator: a hash of its argument.
 pub fn hash(value: u32) -> u32 {
     permute(value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453))
 }
@@ -343,7 +342,7 @@ fn permute(state: u32) -> u32 {
     (word >> 22) ^ word
 }
 
-/// Texture coordinates in metres by projection along the main axis of `normal`; `v` runs down a wall.
+/// Texture coordinates in metres by projection along the main axis of `normal`; `v` points down on a wall.
 pub fn planar_uv(position: Vec3, normal: Vec3) -> Vec2 {
     let n = normal.abs();
     if n.y >= n.x && n.y >= n.z {

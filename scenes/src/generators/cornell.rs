@@ -1,10 +1,10 @@
-//! The Cornell box: two metres wide, open towards the viewer at +z, two turned blocks.
+//! The Cornell box: two metres wide, open towards the viewer at +z, with two rotated blocks.
 
 use glam::{Vec2, Vec3, vec2, vec3};
 
 use super::{Geometry, build::Builder};
 
-/// Builds the box. The room is x -1..1, y 0..2, z -1..1; the blocks have no underside, as they stand on the floor.
+/// Builds the box. The room is x -1..1, y 0..2, z -1..1. The blocks stand on the floor and have no bottom face.
 pub fn build() -> Geometry {
     let mut b = Builder::default();
     let white = b.plain("white", [0.725, 0.71, 0.68]);
@@ -23,7 +23,7 @@ pub fn build() -> Geometry {
     b.finish()
 }
 
-/// A block on the floor, 0.6 m square, `centre` in (x, z), turned about +y.
+/// A block on the floor, 0.6 m square, `centre` in (x, z), rotated about +y.
 fn block(pen: &mut super::build::Pen<'_>, centre: Vec2, degrees: f32, height: f32) {
     let (sin, cos) = f32::to_radians(degrees).sin_cos();
     let foot = [(-0.3, -0.3), (0.3, -0.3), (0.3, 0.3), (-0.3, 0.3)]

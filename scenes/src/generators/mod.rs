@@ -1,7 +1,7 @@
-//! Scenes that are made, not read: deterministic builders, so that the repository holds no binary files.
+//! Generated scenes, so that the repository needs no model files.
 //!
-//! Every builder is a pure function of nothing. Chance comes from an integer hash, never from a
-//! clock, so the same name always gives the same triangles and texels. Lengths are metres, +y up.
+//! Every generator is deterministic: random numbers come from an integer hash with fixed seeds, so a name always gives
+//! the same triangles and texels. Lengths are in metres, +y is up.
 
 mod atrium;
 mod bars;
@@ -14,10 +14,10 @@ mod textures;
 
 use crate::{Material, Mesh, Texture};
 
-/// What a generator makes: the surfaces of a scene, without lights and camera (`scenes/NAME.toml` adds these).
+/// The output of a generator: surfaces without lights and camera, which `scenes/NAME.toml` adds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Geometry {
-    /// Triangle meshes, metres, one for each material in use.
+    /// Triangle meshes in metres, one per material.
     pub meshes: Vec<Mesh>,
     /// Materials that meshes refer to by index.
     pub materials: Vec<Material>,
@@ -25,10 +25,10 @@ pub struct Geometry {
     pub textures: Vec<Texture>,
 }
 
-/// Names that [`geometry`] knows; each has a scene file `scenes/NAME.toml`.
+/// The names of all generators; each has a scene file `scenes/NAME.toml`.
 pub const NAMES: &[&str] = &["atrium", "bars", "cornell", "furnace", "motion", "statue"];
 
-/// Builds the scene of that name; `None` for a name that is not in [`NAMES`].
+/// Builds the scene of this name; `None` for a name that is not in [`NAMES`].
 pub fn geometry(name: &str) -> Option<Geometry> {
     match name {
         "atrium" => Some(atrium::build()),

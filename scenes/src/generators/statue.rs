@@ -1,5 +1,5 @@
-//! A winged statue in a corner of three coloured walls, in the manner of Lambru et al., Figures 1 and 6: light from a
-//! wall that the camera does not see colours what it does. The floor is polished.
+//! A winged statue in a corner of coloured walls, similar to Figures 1 and 6 of Lambru et al.: a wall outside the image
+//! tints surfaces inside it. The floor is glossy.
 
 use std::f32::consts::{PI, TAU};
 
@@ -61,7 +61,7 @@ pub fn build() -> Geometry {
     b.finish()
 }
 
-/// Body and gown, from the foot up to the shoulders; its folds are deep at the hem and gone at the waist.
+/// Body and gown, from the foot up to the shoulders. The folds are deep at the hem and vanish at the waist.
 fn gown(pen: &mut Pen<'_>, foot: f32) {
     // Radius by height, both in metres.
     let outline = [
@@ -85,7 +85,7 @@ fn gown(pen: &mut Pen<'_>, foot: f32) {
         let turn = if s == 1.0 { 0.0 } else { s * TAU };
         let y = 1.19 * t;
         let folds = 0.09 * (1.0 - t / 0.62).max(0.0) * (11.0 * turn + 2.0 * t).cos();
-        // Shoulders are wider than deep.
+        // The shoulders are wider than deep.
         let (sin, cos) = turn.sin_cos();
         let r = radius(y) * (1.0 + folds);
         (vec3(r * cos, foot + y, -0.8 * r * sin), vec2(turn * 0.2, y))
@@ -103,7 +103,7 @@ fn wing(pen: &mut Pen<'_>, side: f32) {
         let bow = 0.10 * (PI * t).sin() * (1.0 - s);
         vec3(side * spread, top - length * t, -0.16 - 0.22 * s * s - bow)
     };
-    // Faces the viewer on either side.
+    // Faces the viewer on both sides.
     pen.sheet(36, 16, |s, t| {
         let s = if side > 0.0 { s } else { 1.0 - s };
         (point(s, 1.0 - t), vec2(s, t))

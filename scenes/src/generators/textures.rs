@@ -1,6 +1,6 @@
-//! Procedural textures. Each tiles; colours are painted sRGB-encoded, alpha is the cut-out mask.
+//! Procedural textures. All of them tile. Colours are sRGB-encoded, alpha is the alpha mask.
 //!
-//! Detail stays coarser than about eight texels, as textures are sampled without mipmaps.
+//! Details are larger than about eight texels, because textures are sampled without mipmaps.
 
 use std::f32::consts::{PI, TAU};
 
@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3, vec2, vec3};
 use super::build::{Chance, hash, unit};
 use crate::Texture;
 
-/// Paints an opaque texture: `colour(u, v)` for u and v in 0..1, v downwards.
+/// Paints an opaque texture from `colour(u, v)`, u and v in 0..1, v pointing down.
 fn paint(name: &str, [width, height]: [u32; 2], colour: impl Fn(Vec2) -> Vec3) -> Texture {
     let size = vec2(width as f32, height as f32);
     let mut rgba = Vec::with_capacity((width * height * 4) as usize);
@@ -26,7 +26,7 @@ fn encode(colour: Vec3) -> [u8; 4] {
     [r as u8, g as u8, b as u8, 255]
 }
 
-/// A number in 0..1 for a cell of a grid.
+/// A hashed number in 0..1 for a cell of a grid.
 fn cell(x: i32, y: i32, seed: u32) -> f32 {
     unit(hash(
         (x as u32).wrapping_mul(0x9E37_79B1) ^ (y as u32).wrapping_mul(0x85EB_CA77) ^ seed.wrapping_mul(0xC2B2_AE3D),
@@ -46,7 +46,7 @@ fn noise(p: Vec2, period: i32, seed: u32) -> f32 {
 /// Side of the table of [`Painter`], a power of two.
 const CLOUD: usize = 512;
 
-/// Paints the textures; holds one table of fractal noise that all of them draw their stains and grain from.
+/// Paints the textures. Holds a table of fractal noise for stains and grain.
 pub struct Painter {
     cloud: Vec<f32>,
 }
@@ -57,7 +57,7 @@ fn step(a: f32, b: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Masonry in running bond. `uv` to (distance to the nearest joint in course heights, tone 0..1 of the block).
+/// Masonry in running bond: maps `uv` to the distance to the nearest joint (in course heights) and the block's tone, 0..1.
 fn masonry(uv: Vec2, courses: i32, per_course: i32, seed: u32) -> (f32, f32) {
     let y = uv.y * courses as f32;
     let row = y.floor() as i32;
@@ -69,7 +69,7 @@ fn masonry(uv: Vec2, courses: i32, per_course: i32, seed: u32) -> (f32, f32) {
 }
 
 impl Painter {
-    /// Five octaves of value noise, from 4 to 64 cells a repeat, about -0.5..0.5.
+    /// Five octaves of value noise, from 4 to 64 cells per repeat, about -0.5..0.5.
     pub fn new() -> Self {
         let texel = |i: usize| {
             let uv = vec2((i % CLOUD) as f32, (i / CLOUD) as f32) / CLOUD as f32;
@@ -78,7 +78,7 @@ impl Painter {
         Self { cloud: (0..CLOUD * CLOUD).map(texel).collect() }
     }
 
-    /// Grain at `uv` (not negative), which repeats with whole numbers; textures shift it, to differ.
+    /// Grain at `uv` (not negative) with period 1. Textures use different offsets.
     fn grain(&self, uv: Vec2, shift: usize) -> f32 {
         let texel = uv * CLOUD as f32;
         let (x, y) = (texel.x as usize + 131 * shift, texel.y as usize + 197 * shift);
@@ -124,7 +124,7 @@ impl Painter {
         })
     }
 
-    /// Court floor: octagonal cream slabs with small terracotta squares between, four slabs a repeat.
+    /// Court floor: octagonal cream slabs with small terracotta squares between them, four slabs per repeat.
     pub fn court_tiles(&self) -> Texture {
         paint("court_tiles", [512; 2], |uv| {
             let p = uv * 4.0;
@@ -161,7 +161,7 @@ impl Painter {
         })
     }
 
-    /// Arch stones: one pale and one brick-red voussoir a repeat along u.
+    /// Arch stones: one pale and one brick-red voussoir per repeat along u.
     pub fn voussoirs(&self) -> Texture {
         paint("voussoirs", [256; 2], |uv| {
             let grain = self.grain(uv, 10);
@@ -172,7 +172,7 @@ impl Painter {
         })
     }
 
-    /// Terracotta roof tiles: eight tiles by eight a repeat.
+    /// Terracotta roof tiles: eight by eight tiles per repeat.
     pub fn roof_tiles(&self) -> Texture {
         paint("roof_tiles", [256; 2], |uv| {
             let p = uv * 8.0;
@@ -206,9 +206,9 @@ fn hem(p: Vec2) -> (f32, f32) {
 }
 
 impl Painter {
-    /// Hanging cloths of these names, dyes and trims: a scroll border all around, a medallion in the middle.
+    /// Hanging cloths of these names, dyes and trims: a scroll border all around, a medallion in the centre.
     pub fn fabrics<const N: usize>(&self, dyes: [(&str, Vec3, Vec3); N]) -> [Texture; N] {
-        // The share of the trim is the same for every dye.
+        // The trim's weight is the same for every dye.
         let trimmed: Vec<f32> = (0..CLOTH[0] * CLOTH[1])
             .map(|i| {
                 let p = (vec2((i % CLOTH[0]) as f32, (i / CLOTH[0]) as f32) + 0.5) / CLOTH[0] as f32;
@@ -259,7 +259,7 @@ impl Painter {
     }
 }
 
-/// One leaf of a cut-out texture: base, direction and length in texture units, half width over length, tone.
+/// One leaf of an alpha-masked texture: base, direction and length in texture units, half width over length, tone.
 struct Leaf {
     base: Vec2,
     along: Vec2,
@@ -267,7 +267,8 @@ struct Leaf {
     colour: Vec3,
 }
 
-/// Paints leaves over a clear ground; texels outside keep the ground colour, so that filtering has no dark fringe.
+/// Paints leaves on a transparent background. Transparent texels have the background's colour, so that filtering gives
+/// no dark fringes.
 fn foliage(name: &str, [width, height]: [u32; 2], ground: Vec3, leaves: &[Leaf]) -> Texture {
     let mut texture = paint(name, [width, height], |_| ground);
     texture.rgba.chunks_exact_mut(4).for_each(|texel| texel[3] = 0);
@@ -295,7 +296,7 @@ fn foliage(name: &str, [width, height]: [u32; 2], ground: Vec3, leaves: &[Leaf])
     texture
 }
 
-/// A sprig: a stem from the bottom centre with leaves to both sides; blossoms at its end where `blossom` is given.
+/// A sprig: a stem from the bottom centre with leaves on both sides, and blossoms at its end if `blossom` is given.
 pub fn sprig(name: &str, green: Vec3, blossom: Option<Vec3>, seed: u32) -> Texture {
     let mut chance = Chance::new(seed);
     let mut leaves = vec![Leaf { base: vec2(0.5, 0.99), along: vec2(0.0, -0.85), width: 0.012, colour: green * 0.8 }];

@@ -1,15 +1,13 @@
-//! A camera and a light for scenes that come without.
+//! A camera and a light for scenes without them.
 //!
-//! 24 nearly horizontal rays tell three kinds of scene apart. They start in the centroid of the
-//! surfaces or in the centre of their box, wherever more of them meet a surface whose normal faces
-//! back (the first may lie inside a thing in a room, the second over a court with a tower).
-//! - *interior*: three quarters or more meet such a surface and at most a tenth escape (a room, a
-//!   court: walls all around that face inwards). The camera stands inside at one end and looks
-//!   along the longest horizontal axis.
-//! - *open box*: half or more meet such a surface, and along a horizontal axis nothing is in the way
-//!   (a Cornell box). The camera looks in through the opening, straight along that axis.
-//! - *object*: the rest (rays start inside it and meet its back faces, or nothing). The camera looks
-//!   at it from the front right, a little above.
+//! 24 nearly horizontal rays distinguish three kinds of scene. They start at the centroid of the surfaces or at the
+//! centre of the bounding box, whichever gives more hits on front faces (surfaces whose normal faces the ray's origin).
+//! The centroid may be inside an object in a room; the centre may be above a court with a tower.
+//! - *Interior*: at least three quarters of the rays hit front faces and at most a tenth escape (a room or a court, with
+//!   inward-facing walls all around). The camera is inside at one end and looks along the longest horizontal axis.
+//! - *Open box*: at least half of the rays hit front faces, and a ray along a horizontal axis escapes (a Cornell box).
+//!   The camera looks in through the opening along that axis.
+//! - *Object*: everything else. The camera looks at it from the front right, slightly from above.
 
 use std::f32::consts::TAU;
 
@@ -17,17 +15,17 @@ use glam::{DVec3, Quat, Vec3};
 
 use crate::{Camera, Light, Scene};
 
-/// Where a ray first meets a triangle.
+/// The first hit of a ray.
 #[derive(Clone, Copy)]
 struct Hit {
     distance: f32,
-    /// The shading normal faces the origin of the ray.
+    /// Whether the shading normal faces the origin of the ray.
     facing: bool,
 }
 
-/// What the rays found.
+/// The kind of a scene.
 pub(super) enum Shape {
-    /// Nothing to look at.
+    /// The scene has no vertices.
     Empty,
     Interior(Interior),
     OpenBox {
@@ -43,24 +41,24 @@ pub(super) enum Shape {
 
 /// The inside of a room or court.
 pub(super) struct Interior {
-    /// Over the middle of the floor, at the height of the eye.
+    /// Above the centre of the floor, at eye height.
     middle: Vec3,
-    /// Unit vector along the longest horizontal axis, towards where the view goes.
+    /// Unit vector along the longest horizontal axis, in viewing direction.
     forward: Vec3,
     /// Free distance from `middle` against and along `forward`.
     behind: f32,
     ahead: f32,
-    /// Half the height of the box over the floor.
+    /// Half the height of the bounding box above the floor.
     height: f32,
 }
 
 impl Shape {
-    /// Tells which kind of scene this is.
+    /// Classifies a scene.
     pub fn of(scene: &Scene) -> Self {
         const RAYS: usize = 24;
         let Some((low, high)) = scene.bounds() else { return Self::Empty };
         let size = high - low;
-        // Eight azimuths, off the axes so that no ray runs along an edge, at three elevations.
+        // Eight azimuths at three elevations, off the axes so that no ray runs along an edge.
         let around = (0..RAYS).map(|i| {
             let (azimuth, rise) = (TAU * (i % 8) as f32 / 8.0 + 0.2, (i / 8) as f32 * 0.2 - 0.2);
             Vec3::new(azimuth.cos(), rise, azimuth.sin()).normalize()
@@ -80,7 +78,7 @@ impl Shape {
             };
         }
         let floor = hits[RAYS].map_or(low.y, |hit| centre.y - hit.distance);
-        // A fifth of the way up: eye level in a room, the first storey in a court.
+        // A fifth of the height: eye level in a room, the first storey in a court.
         let height = 0.5 * (high.y - floor);
         let middle = centre.with_y(floor + 0.4 * height);
         let (axis, half) = if size.x >= size.z { (Vec3::X, 0.5 * size.x) } else { (Vec3::Z, 0.5 * size.z) };
@@ -100,10 +98,9 @@ impl Shape {
         }
     }
 
-    /// Adds a sun that lights what [`Self::camera`] shows. It stands high and a little to the side,
-    /// behind the camera; in an interior it takes the first of several such directions from which
-    /// it shines through an opening onto the middle. An interior without an opening gets a point
-    /// light under its ceiling instead, and a warning.
+    /// Adds a sun that lights what [`Self::camera`] shows: high, slightly to the side, behind the camera. In an interior
+    /// it is the first of several such directions from which light reaches the centre through an opening. An interior
+    /// without an opening gets a point light under its ceiling instead, and a warning.
     pub fn add_light(&self, scene: &mut Scene) {
         const IRRADIANCE: [f32; 3] = [10.0, 9.5, 8.5];
         let direction = match self {
@@ -115,10 +112,10 @@ impl Shape {
                 Err(ceiling) => {
                     let reach = 0.5 * (room.ahead + room.behind);
                     let position = (room.middle + Vec3::Y * (0.8 * ceiling)).to_array();
-                    // At `reach` it is a third as bright as the sun.
+                    // At the distance `reach` its irradiance is a third of the sun's.
                     let intensity = IRRADIANCE.map(|e| e / 3.0 * reach * reach);
                     scene.lights.push(Light::Point { position, intensity });
-                    let warning = "the scene is closed, so that no sun comes in; a point light stands in for it";
+                    let warning = "the scene is closed, so no sunlight can enter; it gets a point light instead";
                     scene.warnings.push(warning.into());
                     return;
                 }
@@ -129,31 +126,31 @@ impl Shape {
 }
 
 impl Interior {
-    /// At one end, as far back as leaves the view free: of four places behind the middle that with
-    /// the largest geometric mean of the distances seen. It looks slightly up at the far end.
+    /// At one end, as far back as the view stays unobstructed: of four positions behind the centre, the one with the
+    /// largest geometric mean of the visible distances. It looks slightly upwards at the far end.
     fn camera(&self, scene: &Scene) -> Camera {
         let target = self.middle + self.forward * self.ahead + Vec3::Y * (0.2 * self.height);
         let at = |share: f32| {
             let eye = self.middle - self.forward * (share * self.behind);
             Camera { eye: eye.to_array(), target: target.to_array(), ..upright(60.0) }
         };
-        let openness = |camera: &Camera| -> f32 {
+        let free_view = |camera: &Camera| -> f32 {
             let ([x, y], to_world) = (camera.tan_half_fov(16, 9), camera.view_matrix().inverse());
             let grid = (0..21).map(|i| ((i % 7) as f32 / 3.0 - 1.0, (i / 7) as f32 - 1.0));
             let rays: Vec<_> = grid
                 .map(|(u, v)| to_world.transform_vector3(Vec3::new(0.9 * u * x, 0.9 * v * y, -1.0)).normalize())
                 .collect();
-            // The sky is as far as the far end.
+            // A ray that escapes counts as one that reaches the far end.
             let far = self.behind + self.ahead;
             let hits = first_hits(scene, camera.eye.into(), &rays);
             hits.iter().map(|hit| hit.map_or(far, |hit| hit.distance.min(far)).ln()).sum()
         };
-        let candidates = [0.9, 0.75, 0.6, 0.45].map(at).map(|camera| (openness(&camera), camera));
+        let candidates = [0.9, 0.75, 0.6, 0.45].map(at).map(|camera| (free_view(&camera), camera));
         candidates.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(|| at(0.9), |(_, camera)| camera)
     }
 
-    /// The direction in which the light of a sun travels that reaches the middle, or the height of
-    /// the ceiling over the middle where no such sun was found.
+    /// The direction of travel of sunlight that reaches the centre, or the height of the ceiling above the centre if no
+    /// direction does.
     fn sun(&self, scene: &Scene) -> Result<Vec3, f32> {
         let azimuths = [20.0, -20.0, 160.0, -160.0, 60.0, -60.0, 120.0, -120.0];
         let directions: Vec<_> = [72.0, 55.0, 85.0, 40.0, 25.0]
@@ -169,7 +166,7 @@ impl Interior {
     }
 }
 
-/// Unit vector downwards from `elevation`, turned by `azimuth` from the horizontal `ahead`.
+/// Direction of travel of light from this elevation, rotated by the azimuth about +y from the horizontal `ahead`.
 fn travels(ahead: Vec3, azimuth_degrees: f32, elevation_degrees: f32) -> Vec3 {
     let (sin, cos) = elevation_degrees.to_radians().sin_cos();
     Quat::from_rotation_y(azimuth_degrees.to_radians()) * ahead * cos - Vec3::Y * sin
@@ -179,8 +176,8 @@ fn upright(vertical_fov_degrees: f32) -> Camera {
     Camera { vertical_fov_degrees, up: [0.0, 1.0, 0.0], ..Camera::default() }
 }
 
-/// A camera that looks at the box from `direction`, just far enough for all corners to be in a
-/// square image, with a margin of 5 %.
+/// A camera that looks at the box from `direction`, at the smallest distance at which all corners are inside a square
+/// image with a margin of 5 %.
 fn fitted(low: Vec3, high: Vec3, direction: Vec3) -> Camera {
     let camera = upright(40.0);
     let [_, tangent] = camera.tan_half_fov(1, 1);
@@ -194,7 +191,7 @@ fn fitted(low: Vec3, high: Vec3, direction: Vec3) -> Camera {
     Camera { eye: (centre + back * distance).to_array(), target: centre.to_array(), ..camera }
 }
 
-/// Mean of all surface points.
+/// Area-weighted centroid of all triangles.
 fn centroid(scene: &Scene) -> Vec3 {
     let triangles = scene.meshes.iter().flat_map(|mesh| {
         let corner = |&i: &u32| Vec3::from(mesh.positions[i as usize]).as_dvec3();
@@ -207,7 +204,7 @@ fn centroid(scene: &Scene) -> Vec3 {
     (sum / area).as_vec3()
 }
 
-/// For each ray from `origin`, its first hit (Möller and Trumbore 1997, without culling).
+/// The first hit of each ray from `origin` (Möller and Trumbore 1997, without culling).
 fn first_hits(scene: &Scene, origin: Vec3, rays: &[Vec3]) -> Vec<Option<Hit>> {
     let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
     for mesh in &scene.meshes {
@@ -219,7 +216,7 @@ fn first_hits(scene: &Scene, origin: Vec3, rays: &[Vec3]) -> Vec<Option<Hit>> {
                 let p = ray.cross(ac);
                 let inverse = 1.0 / ab.dot(p);
                 let (u, v, distance) = (from_a.dot(p) * inverse, ray.dot(q) * inverse, ac.dot(q) * inverse);
-                // A ray in the triangle's plane gives infinities or NaN, which fail these tests.
+                // A ray in the triangle's plane gives infinities or NaN; both fail these tests.
                 if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0 && hit.is_none_or(|h| distance < h.distance) {
                     let normal: Vec3 = triangle.iter().map(|&i| Vec3::from(mesh.normals[i as usize])).sum();
                     *hit = Some(Hit { distance, facing: normal.dot(ray) < 0.0 });

@@ -1,4 +1,4 @@
-//! The environment of a scene file: a radiance, or a map of directions.
+//! The environment of a scene file: a constant radiance, or a latitude-longitude map.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -10,7 +10,7 @@ use super::keys::Table;
 use super::{Reader, clamp, reason};
 use crate::{Environment, SceneError};
 
-/// Radiance is kept up to here, as that of surfaces is.
+/// Radiance is clamped to this value, like that of surfaces.
 const LARGEST: f32 = 1e30;
 
 /// Reads the table `environment`.
@@ -23,9 +23,9 @@ pub(super) fn read(reader: &mut Reader, scene_path: &Path, table: &Table) -> Res
             let path = scene_path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/"));
             let bytes = reader.files.read(&path).map_err(|error| {
                 let why = reason(&error);
-                let told =
+                let sentence =
                     format_args!("names {}, which cannot be read ({why}); it is relative to this file", path.display());
-                table.error("map", told)
+                table.error("map", sentence)
             })?;
             let (mut environment, clamped) = decode(&bytes).map_err(|why| {
                 table.error(
@@ -40,14 +40,14 @@ pub(super) fn read(reader: &mut Reader, scene_path: &Path, table: &Table) -> Res
             }
             Ok(environment)
         }
-        (Some(_), Some(_)) => Err(table.error("map", "is there beside `radiance`; remove one of the two")),
+        (Some(_), Some(_)) => Err(table.error("map", "is given together with `radiance`; remove one of them")),
         (None, None) => {
             Err(table.error("radiance", "is missing; write `radiance = [0.1, 0.1, 0.1]` or `map = \"sky.exr\"`"))
         }
     }
 }
 
-/// A map from the bytes of an EXR file, and how many of its texels had to be clamped.
+/// A map from the bytes of an EXR file, and the number of clamped texels.
 fn decode(bytes: &[u8]) -> Result<(Environment, usize), String> {
     let file = exr_read()
         .no_deep_data()
@@ -56,7 +56,7 @@ fn decode(bytes: &[u8]) -> Result<(Environment, usize), String> {
         .first_valid_layer()
         .all_attributes()
         .from_buffered(Cursor::new(bytes))
-        .map_err(|error| format!("is no EXR image that can be read ({error})"))?;
+        .map_err(|error| format!("is not a readable EXR image ({error})"))?;
     let layer = file.layer_data;
     let AnyChannels::<FlatSamples> { list } = layer.channel_data;
     let channel = |name: &str| {

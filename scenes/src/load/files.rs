@@ -1,20 +1,23 @@
-//! Where the readers get their bytes.
+//! Sources of files.
 
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
-/// A set of readable files. Every reader of this crate goes through it, so that the same code
-/// serves a disk, a folder dropped onto a web page and a test.
+/// A set of readable files. Every reader of this crate uses it, so that the same code serves a disk, files dropped onto
+/// a web page, and a test.
 ///
-/// Implementations accept `\` as a separator and fall back to a name that differs only in case:
-/// both are common in OBJ files that were written on Windows.
+/// Implementations accept `\` as a separator and fall back to a name that differs only in case. Both are common in OBJ
+/// files written on Windows.
 pub trait FileSource {
-    /// The bytes of one file; an error of kind [`io::ErrorKind::NotFound`] where there is none.
+    /// The bytes of one file.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::NotFound`] if there is no such file; on a disk also anything else that reading can return.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
 }
 
-/// Files of the operating system.
+/// Files on disk.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DiskFiles;
 
@@ -30,8 +33,8 @@ impl FileSource for DiskFiles {
     }
 }
 
-/// Walks down `path`, taking at each step the entry with that name or, failing it, the first in
-/// alphabetical order whose name differs only in case.
+/// Follows `path` from folder to folder. Takes the entry with the exact name or else the alphabetically first entry
+/// whose name differs only in case.
 fn find_ignoring_case(path: &Path) -> Option<PathBuf> {
     path.components().try_fold(PathBuf::new(), |folder, component| {
         let exact = folder.join(component);
@@ -50,7 +53,7 @@ fn find_ignoring_case(path: &Path) -> Option<PathBuf> {
 pub struct MemoryFiles(BTreeMap<String, Vec<u8>>);
 
 impl MemoryFiles {
-    /// Adds a file, in place of any earlier one of the same path.
+    /// Adds a file; replaces an earlier one of the same path.
     pub fn insert(&mut self, path: impl AsRef<Path>, bytes: impl Into<Vec<u8>>) {
         self.0.insert(tidy(path.as_ref()), bytes.into());
     }
@@ -78,7 +81,7 @@ fn forward_slashes(path: &Path) -> String {
     path.to_string_lossy().replace('\\', "/")
 }
 
-/// The path with `/` between its parts and without `.` and `..`: one spelling for one file.
+/// The path with `/` as separator and without `.` and `..`, so that each file has one spelling.
 pub(super) fn tidy(path: &Path) -> String {
     let path = forward_slashes(path);
     let mut parts = Vec::new();
@@ -100,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memory_files_are_found_in_any_spelling() {
+    fn memory_files_are_found_under_any_spelling() {
         let files = MemoryFiles::from_iter([("Scene/Textures/Brick.png", "brick")]);
         for path in ["Scene/Textures/Brick.png", "scene\\textures\\BRICK.PNG", "./Scene/x/../Textures/Brick.png"] {
             assert_eq!(files.read(Path::new(path)).expect(path), b"brick");
@@ -110,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn disk_files_are_found_in_any_spelling() {
+    fn disk_files_are_found_under_any_spelling() {
         let folder = std::env::temp_dir().join(format!("halflight-files-{}", std::process::id()));
         std::fs::create_dir_all(folder.join("Textures")).expect("a temporary folder");
         std::fs::write(folder.join("Textures/Brick.PNG"), "brick").expect("a temporary file");
@@ -121,6 +124,6 @@ mod tests {
         }
         let missing = DiskFiles.read(&folder.join("Textures/tile.png")).expect_err("no such file");
         assert_eq!(missing.kind(), io::ErrorKind::NotFound);
-        std::fs::remove_dir_all(&folder).expect("the temporary folder goes");
+        std::fs::remove_dir_all(&folder).expect("the temporary folder is removed");
     }
 }

@@ -1,5 +1,5 @@
-//! Typed reading of TOML tables, with one sentence for each thing that can be wrong. Scene files and
-//! grid files are read through it.
+//! Typed reading of TOML tables, with one sentence for everything that can be wrong. Scene files and grid files are
+//! read with it.
 
 use std::ops::{Range, RangeInclusive};
 use std::path::Path;
@@ -9,8 +9,8 @@ use toml::de::{DeTable, DeValue};
 
 use crate::SceneError;
 
-/// The candidate that `name` was probably meant to be: the one with the fewest edits
-/// (Damerau-Levenshtein), if that is few enough to be a slip rather than another word.
+/// The candidate that `name` is probably a misspelling of: the one with the smallest edit distance
+/// (Damerau-Levenshtein), unless the distance is too large for a misspelling.
 pub fn nearest_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let plain = |s: &str| s.to_lowercase().replace(['-', ' '], "_");
     let name = plain(name);
@@ -22,7 +22,7 @@ pub fn nearest_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str
         .map(|(_, candidate)| candidate)
 }
 
-/// `a, b or c`, each in backquotes.
+/// `a, b or c`, each name in backquotes.
 pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let quoted: Vec<_> = names.into_iter().map(|name| format!("`{name}`")).collect();
     match quoted.split_last() {
@@ -32,7 +32,7 @@ pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     }
 }
 
-/// A TOML file while it is read.
+/// A TOML file while it is being read.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
     /// Its path, for messages.
@@ -42,10 +42,10 @@ pub struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// The contents as TOML.
+    /// Parses the contents.
     ///
     /// # Errors
-    /// Where and why they are not.
+    /// The line and the reason if the contents are not valid TOML.
     pub fn parse(&self) -> Result<Spanned<DeTable<'a>>, SceneError> {
         DeTable::parse(self.text).map_err(|error| {
             let message = error.message().replace('\n', ", ");
@@ -53,15 +53,15 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// The error `path:line: sentence` for a place in the file.
+    /// The error `path:line: sentence` for a position in the file.
     pub fn error(&self, span: Range<usize>, sentence: impl std::fmt::Display) -> SceneError {
         let line = 1 + self.text.as_bytes()[..span.start.min(self.text.len())].iter().filter(|&&b| b == b'\n').count();
         SceneError(format!("{}:{line}: {sentence}", self.path.display()))
     }
 }
 
-/// A table whose keys are read one by one. Each getter refuses a value of the wrong type or range
-/// in a sentence that names file, line, key, value and what would be right.
+/// A table whose keys are read one by one. Each getter refuses a value of the wrong type or range with a sentence that
+/// names file, line, key, value, and what is allowed.
 #[derive(Clone, Copy)]
 pub struct Table<'a> {
     source: Source<'a>,
@@ -71,22 +71,22 @@ pub struct Table<'a> {
     table: &'a DeTable<'a>,
 }
 
-/// A value and its place in the file.
+/// A value and its position in the file.
 pub type Value<'a> = Spanned<DeValue<'a>>;
 
 impl<'a> Table<'a> {
-    /// The whole file, which may hold no keys but these.
+    /// The top-level table of a file. Keys other than these are refused.
     pub fn file(source: Source<'a>, table: &'a Spanned<DeTable<'a>>, keys: &[&str]) -> Result<Self, SceneError> {
         Self { source, name: "", span: (0, 0), table: table.get_ref() }.only(keys)
     }
 
-    /// Checks that the table holds no keys but these; a wrong one is answered with the nearest.
+    /// Refuses keys other than these. The message suggests the nearest valid key.
     pub fn only(self, keys: &[&str]) -> Result<Self, SceneError> {
         let unknown = self.table.keys().filter(|key| !keys.contains(&key.get_ref().as_ref()));
         let Some(unknown) = unknown.min_by_key(|key| key.span().start) else { return Ok(self) };
-        let mend = nearest_name(unknown.get_ref(), keys.iter().copied())
+        let fix = nearest_name(unknown.get_ref(), keys.iter().copied())
             .map_or_else(|| format!("use {}", listed(keys.iter().copied())), |near| format!("did you mean `{near}`?"));
-        let sentence = format!("unknown key `{}`; {mend}", self.full(unknown.get_ref()));
+        let sentence = format!("unknown key `{}`; {fix}", self.full(unknown.get_ref()));
         Err(self.source.error(unknown.span(), sentence))
     }
 
@@ -99,13 +99,13 @@ impl<'a> Table<'a> {
         self.table.get(key)
     }
 
-    /// An error at this key (at the table's head where the key is absent).
+    /// An error at this key, or at the head of the table if the key is absent.
     pub fn error(&self, key: &str, sentence: impl std::fmt::Display) -> SceneError {
         let span = self.get(key).map_or(self.span.0..self.span.1, Spanned::span);
         self.source.error(span, format_args!("`{}` {sentence}", self.full(key)))
     }
 
-    /// The error that the value under this key must be something else.
+    /// The error that the value of this key has the wrong type or range.
     pub fn wrong(&self, key: &str, value: &Value<'a>, wanted: impl std::fmt::Display) -> SceneError {
         let text = self.source.text.get(value.span()).unwrap_or_default();
         let text = text.lines().next().unwrap_or_default();
@@ -117,7 +117,10 @@ impl<'a> Table<'a> {
         self.get(key).is_some()
     }
 
-    /// The value, or the sentence that it is missing.
+    /// The value.
+    ///
+    /// # Errors
+    /// A sentence with the example if the value is missing.
     pub fn required<T>(&self, key: &str, value: Option<T>, example: &str) -> Result<T, SceneError> {
         value.ok_or_else(|| self.error(key, format_args!("is missing; write for example `{example}`")))
     }
@@ -169,7 +172,7 @@ impl<'a> Table<'a> {
         self.get(key).map(read).transpose()
     }
 
-    /// A table under this key, whatever its keys: each with its value, in the order of the file.
+    /// All keys and values of the table under this key, in the order of the file.
     pub fn entries(&self, key: &str) -> Result<Vec<(&'a str, &'a Value<'a>)>, SceneError> {
         let Some(value) = self.get(key) else { return Ok(Vec::new()) };
         let table = value.get_ref().as_table().ok_or_else(|| self.wrong(key, value, "a table"))?;
@@ -178,12 +181,12 @@ impl<'a> Table<'a> {
         Ok(entries)
     }
 
-    /// The file that the table stands in.
+    /// The file that contains the table.
     pub fn source(&self) -> Source<'a> {
         self.source
     }
 
-    /// Three finite numbers that `accept` accepts; `wanted` describes those.
+    /// Three finite numbers that satisfy `accept`; `wanted` describes them.
     pub fn vector(
         &self,
         key: &str,
@@ -218,7 +221,7 @@ impl<'a> Table<'a> {
         self.get(key).map(read).transpose()
     }
 
-    /// An array of tables under this key; empty where it is absent.
+    /// An array of tables under this key; empty if the key is absent.
     pub fn tables(&self, key: &'static str, keys: &[&str]) -> Result<Vec<Self>, SceneError> {
         let Some(value) = self.get(key) else { return Ok(Vec::new()) };
         let wrong = |value| self.wrong(key, value, format_args!("an array of tables, [[{key}]]"));
@@ -226,7 +229,7 @@ impl<'a> Table<'a> {
         array.iter().map(|value| self.child(key, value, keys).ok_or_else(|| wrong(value))?).collect()
     }
 
-    /// `None` where the value is no table.
+    /// `None` if the value is not a table.
     fn child(&self, name: &'static str, value: &'a Value<'a>, keys: &[&str]) -> Option<Result<Self, SceneError>> {
         let span = (value.span().start, value.span().end);
         value.get_ref().as_table().map(|table| Self { source: self.source, name, span, table }.only(keys))
@@ -253,7 +256,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slip_is_answered_with_the_nearest_name() {
+    fn a_misspelling_gets_the_nearest_name() {
         let keys = ["half_angle_degrees", "intensity", "position"];
         assert_eq!(nearest_name("intesity", keys), Some("intensity"));
         assert_eq!(nearest_name("Half-Angle-Degrees", keys), Some("half_angle_degrees"));

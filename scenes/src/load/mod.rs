@@ -1,49 +1,48 @@
-//! Readers: bytes in, [`Scene`] out, or one sentence that says what is wrong and how to mend it.
+//! Readers: bytes in, a [`Scene`] out, or one sentence that says what is wrong and how to fix it.
 //!
-//! What can be mended is mended and listed in [`Scene::warnings`]; what cannot is a [`SceneError`].
+//! Small defects are fixed and listed in [`Scene::warnings`]; anything else is a [`SceneError`].
 
 mod automatic;
 mod environment;
 mod files;
+mod keyframes;
 pub mod keys;
-mod moves;
 mod mtl;
 mod obj;
 mod scene_file;
 mod textures;
-mod write;
-mod write_scene;
 
 use std::path::Path;
 
 pub use files::{DiskFiles, FileSource, MemoryFiles};
 pub use keys::nearest_name;
-pub use write::write_obj;
-pub use write_scene::write_scene;
 
-use crate::{Mesh, Scene, SceneError};
+use crate::{Mesh, Model, ModelSource, Scene, SceneError, Transform};
 
 /// Loads a scene: a TOML scene file, or a bare OBJ file, which gets an automatic camera and sun.
 ///
-/// Scene file: `name`, `[[model]]` (`path` of an OBJ file relative to the scene file, or
-/// `generator`, one of [`crate::generators::NAMES`]; optionally `transform` with `translate`,
-/// `rotate_degrees` about the fixed axes x, then y, then z, and `scale`), `[camera]` and
-/// `[[light]]`; optionally `[[extra_camera]]`, with the keys of a camera that stands still: another view that
-/// techniques on the screen may gather in. Without `[camera]` the camera is automatic; without `[[light]]`, in a scene
-/// where nothing emits, there is an automatic sun. `[environment]` has a `radiance` that comes from every direction
-/// or a `map`, a latitude-longitude EXR file; it replaces the automatic sun.
+/// | table | keys |
+/// |---|---|
+/// | the file | `name` |
+/// | `[[model]]` | `path` of an OBJ file relative to the scene file, or `generator`, one of [`crate::generators::NAMES`]; optional: `transform` (`translate`, `rotate_degrees` about the fixed axes x, then y, then z, `scale`), `moves`, `pivot`, `receive_only` |
+/// | `[camera]` | `eye`, `target`; optional: `up`, `vertical_fov_degrees`, `moves` |
+/// | `[[extra_camera]]` | as `[camera]`, without `moves`: another view that screen-space techniques may gather in |
+/// | `[[light]]` | `kind` (`directional`, `spot` or `point`) and what that kind has: `direction`, `irradiance`, `position`, `intensity`, `half_angle_degrees`, `full_intensity_half_angle_degrees`; optional: `moves` |
+/// | `[environment]` | a constant `radiance`, or a `map`: a latitude-longitude EXR file, relative to the scene file |
 ///
-/// `moves` is a list of keyframes by ascending `frame`; numbers between two of them are interpolated
-/// linearly. A model's have `translate`, `rotate_degrees` and `scale`, on top of its `transform` and about its
-/// `pivot` (a world position; where `transform` put its origin unless told). A light's have `translate`,
-/// which moves its position, and `rotate_degrees`, which turns its direction. A camera's have `eye`, `target` and
-/// `cut`: the camera rests at the keyframe before and is here at once. `receive_only = true` makes a
-/// model receive indirect light and send none.
+/// Without `[camera]` the camera is chosen automatically. Without `[[light]]` and `[environment]`, a scene without
+/// emitters gets an automatic sun. `receive_only = true` makes a model receive indirect light and send none.
+///
+/// `moves` is a list of keyframes by ascending `frame`; numbers between two keyframes are interpolated linearly. The
+/// keyframes of a model have `translate`, `rotate_degrees` and `scale`. They apply after its `transform` and about its
+/// `pivot`, a world position; the default is the model's origin after the transform. The keyframes of a light have
+/// `translate` for its position and `rotate_degrees` for its direction. The keyframes of the camera have `eye`,
+/// `target` and `cut`: the camera stays at the previous keyframe until this frame and jumps here.
 ///
 /// # Errors
-/// One sentence with file, line (where there is one) and the mend: a file that cannot be read, an
-/// unknown key, a value of the wrong type or out of range, an OBJ file without faces, with a vertex
-/// that is not finite or with an index out of range.
+/// One sentence with the file, the line (if there is one) and the fix: a file that cannot be read, an unknown key, a
+/// value of the wrong type or out of range, an OBJ file without faces, with a vertex that is not finite or with an
+/// index out of range.
 pub fn load_scene(files: &dyn FileSource, path: &Path) -> Result<Scene, SceneError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     if !matches!(extension.as_str(), "obj" | "toml") {
@@ -56,13 +55,16 @@ pub fn load_scene(files: &dyn FileSource, path: &Path) -> Result<Scene, SceneErr
     if extension == "toml" {
         scene_file::read(&mut reader, path, &bytes)?;
     } else {
+        let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        reader.scene.models = vec![Model { source: ModelSource::File(file), transform: Transform::default() }];
         reader.scene.meshes = obj::read(&mut reader, path, &bytes)?;
+        reader.scene.meshes.iter_mut().for_each(|mesh| mesh.model = Some(0));
         add_missing(&mut reader.scene, true, true);
     }
     Ok(reader.scene)
 }
 
-/// A scene while it is read.
+/// A scene while it is being read.
 struct Reader<'a> {
     files: &'a dyn FileSource,
     scene: Scene,
@@ -80,7 +82,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Adds an automatic camera, and an automatic light unless something emits.
+/// Adds an automatic camera if asked to, and an automatic light if asked to and nothing emits.
 fn add_missing(scene: &mut Scene, camera: bool, light: bool) {
     let emits = |mesh: &Mesh| scene.materials.get(mesh.material).is_some_and(|m| m.emission != [0.0; 3]);
     let light = light && !scene.meshes.iter().any(emits);
@@ -95,7 +97,7 @@ fn add_missing(scene: &mut Scene, camera: bool, light: bool) {
     }
 }
 
-/// What the operating system says, in its shortest form.
+/// Why a file could not be read, in few words.
 fn reason(error: &std::io::Error) -> String {
     match error.kind() {
         std::io::ErrorKind::NotFound => "no such file".into(),
@@ -103,7 +105,7 @@ fn reason(error: &std::io::Error) -> String {
     }
 }
 
-/// Numbers, each clamped to the range; whether any of them had to be (a NaN becomes the low end).
+/// The numbers clamped to the range, and whether any of them changed. NaN becomes the low end.
 fn clamp<const N: usize>(values: [f32; N], low: f32, high: f32) -> ([f32; N], bool) {
     let clamped = values.map(|x| if x > low { x.min(high) } else { low });
     (clamped, clamped != values)

@@ -1,9 +1,8 @@
 //! OBJ models.
 //!
-//! tobj triangulates and makes single indices. Before it sees the file, [`check`] reads every line
-//! once: that gives errors their line numbers, makes faces of every form safe for tobj (which would
-//! misalign arrays where only some faces of a group have texture coordinates or normals), and lets
-//! faces refer to vertices further down.
+//! tobj triangulates faces and unifies indices. Before that, [`check`] reads every line once. It gives errors their line
+//! numbers and lets faces refer to later vertices. It also separates faces of different forms: tobj misaligns its arrays
+//! if only some faces of a group have texture coordinates or normals.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -15,8 +14,8 @@ use glam::{DVec3, Vec3};
 use super::{Reader, keys::nearest_name, mtl, reason};
 use crate::{Material, Mesh, SceneError};
 
-/// Reads a model: its materials and textures go to the scene, its meshes (one for each object and
-/// material, in the order of first use) are returned. `path` serves messages and the files beside it.
+/// Reads a model. Adds its materials and textures to the scene and returns its meshes: one per object and material, in
+/// the order of first use. `path` is used for messages and to find files beside the model.
 pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<Vec<Mesh>, SceneError> {
     let text = String::from_utf8_lossy(bytes);
     let checked = check(path, &text)?;
@@ -32,11 +31,11 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<Vec
     let materials = materials(reader, path, &checked);
     reader.scene.materials.extend(materials);
     let mut default_material = None;
-    let mut mended = Mended { coordinates: checked.bad_coordinates, ..Mended::default() };
-    mended.dropped += checked.lines_as_faces;
-    let (mut meshes, mut places) = (Vec::<Mesh>::new(), HashMap::new());
+    let mut fixes = Fixes { coordinates: checked.bad_coordinates, ..Fixes::default() };
+    fixes.dropped += checked.lines_as_faces;
+    let (mut meshes, mut known) = (Vec::<Mesh>::new(), HashMap::new());
     for tobj::Model { mesh, name } in models {
-        let part = tidy_mesh(&mesh, &mut mended);
+        let part = cleaned(&mesh, &mut fixes);
         if part.indices.is_empty() {
             continue;
         }
@@ -49,23 +48,23 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<Vec
             },
             |id| first_material + id,
         );
-        match places.get(&(name.clone(), material)) {
-            Some(&place) => append(&mut meshes[place], &part),
+        match known.get(&(name.clone(), material)) {
+            Some(&index) => append(&mut meshes[index], &part),
             None => {
-                places.insert((name.clone(), material), meshes.len());
+                known.insert((name.clone(), material), meshes.len());
                 meshes.push(Mesh { name, material, ..part });
             }
         }
     }
-    mended.warn(reader, path);
+    fixes.warn(reader, path);
     if meshes.is_empty() {
-        let what = if mended.dropped > 0 { "every face has zero area" } else { "the file has no faces" };
+        let what = if fixes.dropped > 0 { "every face has zero area" } else { "the file has no faces" };
         return Err(SceneError(format!("{}: {what}; export the model with its surfaces", path.display())));
     }
     Ok(meshes)
 }
 
-/// A file that tobj can be given.
+/// A checked file in the form that tobj reads.
 #[derive(Default)]
 struct Checked {
     /// Vertices first, then faces; `usemtl` followed by an index into `used`.
@@ -91,7 +90,7 @@ fn check(path: &Path, text: &str) -> Result<Checked, SceneError> {
     let mut vertices = String::with_capacity(text.len() / 2);
     let mut faces = String::with_capacity(text.len() / 2);
     let mut counts = [0_usize; 3];
-    // Of each element, the highest index that a face names, and where.
+    // For each element, the highest index used by a face, and its line.
     let mut highest = [(0_usize, 0_usize); 3];
     let mut used = HashMap::new();
     let mut group = "";
@@ -104,7 +103,7 @@ fn check(path: &Path, text: &str) -> Result<Checked, SceneError> {
                 let Some(words) = words::<3>(rest).filter(|words| words.iter().all(|word| finite(word).is_some()))
                 else {
                     let sentence = format!(
-                        "vertex `{}` is not three finite numbers; export the model again or mend this line",
+                        "vertex `{}` is not three finite numbers; export the model again or fix this line",
                         line.trim()
                     );
                     return fail(number, sentence);
@@ -113,7 +112,7 @@ fn check(path: &Path, text: &str) -> Result<Checked, SceneError> {
                 counts[0] += 1;
             }
             "vt" => {
-                // A single number is legal: v is 0 then.
+                // A single number is valid: v is then 0.
                 let both = words::<2>(rest).or_else(|| words::<1>(rest).map(|[u]| [u, "0"]));
                 let good = both.filter(|words| words.iter().all(|word| finite(word).is_some()));
                 out.bad_coordinates += usize::from(good.is_none());
@@ -121,7 +120,7 @@ fn check(path: &Path, text: &str) -> Result<Checked, SceneError> {
                 counts[1] += 1;
             }
             "vn" => {
-                // A zero normal is replaced by the geometric one later.
+                // A zero normal is replaced by the geometric normal later.
                 let good = words::<3>(rest).filter(|words| words.iter().all(|word| finite(word).is_some()));
                 push_line(&mut vertices, "vn", &good.unwrap_or(["0", "0", "0"]));
                 counts[2] += 1;
@@ -134,14 +133,14 @@ fn check(path: &Path, text: &str) -> Result<Checked, SceneError> {
                         Err(what) => {
                             return fail(
                                 number,
-                                format!("face corner `{word}` {what}; export the model again or mend this line"),
+                                format!("face corner `{word}` {what}; export the model again or fix this line"),
                             );
                         }
                     }
                 }
                 let form_here = corners.first().map_or(form, |c| [c[1] > 0, c[2] > 0]);
                 if corners.iter().any(|c| [c[1] > 0, c[2] > 0] != form_here) {
-                    let sentence = "the corners of this face are not all of one form (v, v/vt, v//vn or v/vt/vn); export the model again or mend this line";
+                    let sentence = "the corners of this face have different forms (v, v/vt, v//vn or v/vt/vn); export the model again or fix this line";
                     return fail(number, sentence.into());
                 }
                 if corners.len() < 3 {
@@ -154,7 +153,7 @@ fn check(path: &Path, text: &str) -> Result<Checked, SceneError> {
                 }
                 if form_here != form {
                     form = form_here;
-                    // A new group makes tobj start new arrays.
+                    // tobj starts new arrays at a new group.
                     push_line(&mut faces, "g", &[group]);
                 }
                 faces.push('f');
@@ -171,7 +170,7 @@ fn check(path: &Path, text: &str) -> Result<Checked, SceneError> {
             }
             _ => {}
         }
-        // Names live as long as the text only where the line was not joined from several.
+        // A name borrows from the text unless its line was joined from several lines.
         match (keyword, &line) {
             ("o" | "g", Cow::Borrowed(line)) => {
                 group = split_keyword(line).1;
@@ -192,7 +191,7 @@ fn check(path: &Path, text: &str) -> Result<Checked, SceneError> {
     for ((index, line), (count, (name, keyword))) in highest.into_iter().zip(counts.into_iter().zip(ELEMENTS)) {
         if index > count {
             let sentence = format!(
-                "face refers to {name} {index}, but the file has {count} `{keyword}` lines; export the model again or mend this line"
+                "face refers to {name} {index}, but the file has {count} `{keyword}` lines; export the model again or fix this line"
             );
             return fail(line, sentence);
         }
@@ -201,7 +200,7 @@ fn check(path: &Path, text: &str) -> Result<Checked, SceneError> {
     Ok(out)
 }
 
-/// Lines with their numbers, from 1; a line that ends in `\` goes on in the next.
+/// Lines with their numbers, starting at 1. A line that ends in `\` continues on the next one.
 fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     let mut lines = text.trim_start_matches('\u{feff}').lines().zip(1..);
     std::iter::from_fn(move || {
@@ -225,12 +224,12 @@ fn split_keyword(line: &str) -> (&str, &str) {
     (keyword, rest.trim())
 }
 
-/// Words up to a comment. Only a word that begins with `#` is one: `1.#IND` is a number gone wrong.
+/// Words up to a comment. A comment is a word that begins with `#`; `1.#IND` is an invalid number, not a comment.
 fn all_words(rest: &str) -> impl Iterator<Item = &str> {
     rest.split_whitespace().take_while(|word| !word.starts_with('#'))
 }
 
-/// The first `N` words; further ones (weights, colours, a third texture coordinate) are not used.
+/// The first `N` words. Further words (weights, colours, a third texture coordinate) are ignored.
 fn words<const N: usize>(rest: &str) -> Option<[&str; N]> {
     let mut words = all_words(rest);
     let mut found = [""; N];
@@ -253,8 +252,8 @@ fn push_line(text: &mut String, keyword: &str, words: &[&str]) {
     text.push('\n');
 }
 
-/// Indices from 1 of vertex, texture coordinate and normal, 0 for none, from `v`, `v/vt`, `v//vn`
-/// or `v/vt/vn`; negative numbers count back from the last element read.
+/// The one-based indices of vertex, texture coordinate and normal (0 for none) of `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+/// Negative numbers count back from the last element read.
 fn corner(word: &str, counts: [usize; 3]) -> Result<[usize; 3], String> {
     let mut indices = [0; 3];
     for (element, part) in word.split('/').enumerate() {
@@ -262,7 +261,7 @@ fn corner(word: &str, counts: [usize; 3]) -> Result<[usize; 3], String> {
         if part.is_empty() && element > 0 {
             continue;
         }
-        let index: isize = part.parse().map_err(|_| "is not made of whole numbers in range")?;
+        let index: isize = part.parse().map_err(|_| "does not consist of whole numbers in range")?;
         let from_one = if index < 0 { counts[element] as isize + 1 + index } else { index };
         if from_one < 1 {
             let (name, keyword) = ELEMENTS[element];
@@ -280,7 +279,7 @@ fn materials(reader: &mut Reader, path: &Path, checked: &Checked) -> Vec<Materia
     let mut entries = Vec::new();
     let mut unread = false;
     for (line, name) in &checked.libraries {
-        // The name may hold blanks, or be several names.
+        // The line is one name with spaces, or several names.
         let whole = [name.as_str()];
         let several: Vec<_> = name.split_whitespace().collect();
         let found = |name: &&str| library(reader, folder, name).is_ok();
@@ -292,7 +291,7 @@ fn materials(reader: &mut Reader, path: &Path, checked: &Checked) -> Vec<Materia
                     unread = true;
                     let why = reason(&error);
                     reader.warn(format!(
-                        "{}:{line}: material library `{name}` cannot be read ({why}); its materials are drawn in grey",
+                        "{}:{line}: material library `{name}` cannot be read ({why}); its materials are grey",
                         path.display()
                     ));
                 }
@@ -304,9 +303,11 @@ fn materials(reader: &mut Reader, path: &Path, checked: &Checked) -> Vec<Materia
         None => {
             if !unread {
                 let near = nearest_name(name, entries.iter().map(|entry| entry.name.as_str()));
-                let near = near.map(|near| format!(" (is it `{near}`?)")).unwrap_or_default();
-                let place = format!("{}:{line}", path.display());
-                reader.warn(format!("{place}: no material library has material `{name}`{near}; it is drawn in grey"));
+                let near = near.map(|near| format!(" (did you mean `{near}`?)")).unwrap_or_default();
+                reader.warn(format!(
+                    "{}:{line}: material `{name}` is in no material library{near}; it is drawn in grey",
+                    path.display()
+                ));
             }
             Material { name: name.clone(), ..Material::default() }
         }
@@ -319,15 +320,15 @@ fn library(reader: &Reader, folder: &Path, name: &str) -> std::io::Result<(PathB
     reader.files.read(&path).map(|bytes| (path, bytes))
 }
 
-/// What had to be mended, for the warnings.
+/// Number of fixes, for the warnings.
 #[derive(Default)]
-struct Mended {
+struct Fixes {
     dropped: usize,
     normals: usize,
     coordinates: usize,
 }
 
-impl Mended {
+impl Fixes {
     fn warn(&self, reader: &mut Reader, path: &Path) {
         let mut say = |count: usize, one: &str, many: &str, what: &str| {
             if count > 0 {
@@ -341,14 +342,14 @@ impl Mended {
     }
 }
 
-/// A tobj mesh without its zero-area triangles, with a unit normal and a texture coordinate for
-/// every vertex. Where the file has no normals, vertices are split and faces are flat.
-fn tidy_mesh(mesh: &tobj::Mesh, mended: &mut Mended) -> Mesh {
+/// The mesh without triangles of zero area, with a unit normal and a texture coordinate per vertex. If the file has no
+/// normals, vertices are split and faces are shaded flat.
+fn cleaned(mesh: &tobj::Mesh, fixes: &mut Fixes) -> Mesh {
     let triples = |values: &[f32]| values.as_chunks::<3>().0.to_vec();
     let mut out = Mesh {
         positions: triples(&mesh.positions),
         normals: triples(&mesh.normals),
-        // OBJ's v runs upwards.
+        // v points up in OBJ files.
         uvs: mesh.texcoords.as_chunks::<2>().0.iter().map(|&[u, v]| [u, 1.0 - v]).collect(),
         indices: Vec::with_capacity(mesh.indices.len()),
         ..Mesh::default()
@@ -357,18 +358,18 @@ fn tidy_mesh(mesh: &tobj::Mesh, mended: &mut Mended) -> Mesh {
     for triangle in mesh.indices.as_chunks::<3>().0 {
         match area_vector(&out.positions, triangle) {
             Some(_) => out.indices.extend(triangle),
-            None => mended.dropped += 1,
+            None => fixes.dropped += 1,
         }
     }
     if out.normals.is_empty() {
         return flat(&out);
     }
-    mend_normals(&mut out, mended);
+    fix_normals(&mut out, fixes);
     out
 }
 
-/// Geometric normal times twice the area; `None` for a triangle whose height is under 1e-7 of its
-/// longest edge, which float32 positions cannot tell from a line.
+/// Geometric normal times twice the area. `None` for a triangle whose height is under 1e-7 of its longest edge: at the
+/// precision of float32 positions it is a line.
 fn area_vector(positions: &[[f32; 3]], triangle: &[u32; 3]) -> Option<DVec3> {
     let [a, b, c] = triangle.map(|i| Vec3::from(positions[i as usize]).as_dvec3());
     let cross = (b - a).cross(c - a);
@@ -391,14 +392,14 @@ fn flat(mesh: &Mesh) -> Mesh {
     }
 }
 
-/// Makes normals unit length. Those that have no direction become the area-weighted mean of the
-/// geometric normals around their vertex.
-fn mend_normals(mesh: &mut Mesh, mended: &mut Mended) {
+/// Normalizes normals. A normal without a direction is replaced by the area-weighted mean of the geometric normals
+/// around its vertex.
+fn fix_normals(mesh: &mut Mesh, fixes: &mut Fixes) {
     let mut bad = HashMap::new();
     for (i, normal) in mesh.normals.iter_mut().enumerate() {
         let exact = Vec3::from(*normal).as_dvec3();
         match exact.try_normalize() {
-            // What is unit length to float precision stays as it is, bit for bit.
+            // A normal of unit length within float precision is kept bit for bit.
             Some(_) if (exact.length_squared() - 1.0).abs() < 1e-6 => {}
             Some(unit) => *normal = unit.as_vec3().to_array(),
             None => {
@@ -417,8 +418,8 @@ fn mend_normals(mesh: &mut Mesh, mended: &mut Mended) {
             }
         }
     }
-    // Vertices that only dropped triangles used do not count.
-    mended.normals += bad.values().filter(|[_, last]| *last != DVec3::ZERO).count();
+    // Vertices that only dropped triangles use are not counted.
+    fixes.normals += bad.values().filter(|[_, last]| *last != DVec3::ZERO).count();
     for (i, [sum, last]) in bad {
         let unit = sum.try_normalize().or(last.try_normalize()).unwrap_or(DVec3::Y);
         mesh.normals[i as usize] = unit.as_vec3().to_array();

@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::{Mat3, Quat, Vec3};
 
 use super::keys::{Source, Table, listed, nearest_name};
-use super::{Reader, add_missing, environment, moves, obj, reason};
-use crate::{Camera, Light, Mesh, SceneError, generators};
+use super::{Reader, add_missing, environment, keyframes, obj, reason};
+use crate::{Camera, Light, Mesh, Model, ModelSource, SceneError, Transform, generators};
 
 /// Reads a scene file into the reader's scene. See [`super::load_scene`] for its keys.
 pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(), SceneError> {
@@ -21,18 +21,18 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
     if let Some(name) = file.text("name")? {
         reader.scene.name = name.to_owned();
     }
-    // Cheap things first: a slip in the camera is told before a large model is read.
+    // Cheap things first: a mistake in the camera is reported before a large model is read.
     let camera_table = file.table("camera", &["eye", "target", "up", "vertical_fov_degrees", "moves"])?;
     let camera = camera_table.as_ref().map(camera).transpose()?;
     if let Some(table) = &camera_table {
-        reader.scene.moves.camera = moves::camera(table)?;
+        reader.scene.moves.camera = keyframes::camera(table)?;
     }
     for table in file.tables("extra_camera", &["eye", "target", "up", "vertical_fov_degrees"])? {
         reader.scene.extra_cameras.push(self::camera(&table)?);
     }
     for (index, table) in file.tables("light", &LIGHT_KEYS)?.into_iter().enumerate() {
         let light = light(table)?;
-        reader.scene.moves.lights.extend(moves::light(&table, &light)?.map(|motion| (index, motion)));
+        reader.scene.moves.lights.extend(keyframes::light(&table, &light)?.map(|motion| (index, motion)));
         reader.scene.lights.push(light);
     }
     let models = file.tables("model", &["path", "generator", "transform", "moves", "pivot", "receive_only"])?;
@@ -53,7 +53,7 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
 fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<Vec<Mesh>, SceneError> {
     let receive_only = table.boolean("receive_only")?.unwrap_or(false);
     let first_material = reader.scene.materials.len();
-    let mut meshes = match (table.text("path")?, table.text("generator")?) {
+    let (source, mut meshes) = match (table.text("path")?, table.text("generator")?) {
         (Some(name), None) => {
             if !name.to_lowercase().ends_with(".obj") {
                 return Err(
@@ -68,38 +68,45 @@ fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<Vec<Me
                     format_args!("names {}, which cannot be read ({why}); it is relative to this file", path.display()),
                 )
             })?;
-            obj::read(reader, &path, &bytes)?
+            (ModelSource::File(name.to_owned()), obj::read(reader, &path, &bytes)?)
         }
         (None, Some(name)) => {
             let geometry = generators::geometry(name).ok_or_else(|| {
                 let known = generators::NAMES.iter().copied();
-                let mend = nearest_name(name, known.clone())
+                let fix = nearest_name(name, known.clone())
                     .map_or_else(|| format!("use {}", listed(known)), |near| format!("did you mean `{near}`?"));
-                table.error("generator", format_args!("names `{name}`, which is no generator; {mend}"))
+                table.error("generator", format_args!("names `{name}`, which is not a generator; {fix}"))
             })?;
-            add_geometry(reader, geometry)
+            (ModelSource::Generator(name.to_owned()), add_geometry(reader, geometry))
         }
-        (Some(_), Some(_)) => return Err(table.error("generator", "is there beside `path`; remove one of the two")),
+        (Some(_), Some(_)) => return Err(table.error("generator", "is given together with `path`; remove one of them")),
         (None, None) => {
             return Err(table.error("path", "is missing; write `path = \"model.obj\"` or `generator = \"atrium\"`"));
         }
     };
-    let mut placed = [0.0; 3];
-    if let Some(transform) = table.table("transform", &["translate", "rotate_degrees", "scale"])? {
-        apply(&transform, &mut meshes)?;
-        placed = transform.vector("translate", "finite numbers", |_| true)?.unwrap_or_default();
+    let mut transform = Transform::default();
+    if let Some(table) = table.table("transform", &["translate", "rotate_degrees", "scale"])? {
+        transform = self::transform(&table)?;
+        if !apply(&transform, &mut meshes) {
+            return Err(
+                table.error("scale", "or `translate` moves a vertex out of the range of float32; use smaller numbers")
+            );
+        }
     }
-    if let Some(motion) = moves::model(table, placed)? {
+    if let Some(motion) = keyframes::model(table, transform.translate)? {
         let objects = &mut reader.scene.moves.objects;
         meshes.iter_mut().for_each(|mesh| mesh.object = Some(objects.len()));
         objects.push(motion);
     }
-    // Every model has materials of its own, so this reaches no other.
+    let models = &mut reader.scene.models;
+    meshes.iter_mut().for_each(|mesh| mesh.model = Some(models.len()));
+    models.push(Model { source, transform });
+    // Every model has its own materials, so this changes no other model.
     reader.scene.materials[first_material..].iter_mut().for_each(|material| material.receive_only = receive_only);
     Ok(meshes)
 }
 
-/// Adds materials and textures to the scene and returns the meshes with their indices shifted.
+/// Adds materials and textures to the scene and returns the meshes with their indices offset.
 fn add_geometry(reader: &mut Reader, geometry: generators::Geometry) -> Vec<Mesh> {
     let scene = &mut reader.scene;
     let (first_material, first_texture) = (scene.materials.len(), scene.textures.len());
@@ -114,22 +121,28 @@ fn add_geometry(reader: &mut Reader, geometry: generators::Geometry) -> Vec<Mesh
     geometry.meshes.into_iter().map(shift).collect()
 }
 
-/// Bakes a transform: scale, then rotation about the fixed axes x, y and z in this order, then
-/// translation. Normals go by the inverse transpose; a mirroring transform turns the winding round.
-fn apply(transform: &Table, meshes: &mut [Mesh]) -> Result<(), SceneError> {
-    let any = |key| transform.vector(key, "finite numbers", |_| true);
-    let translate = Vec3::from(any("translate")?.unwrap_or_default());
-    let [x, y, z] = any("rotate_degrees")?.unwrap_or_default().map(f32::to_radians);
-    let scale = Vec3::from(transform.scale("scale")?.unwrap_or([1.0; 3]));
+fn transform(table: &Table) -> Result<Transform, SceneError> {
+    let any = |key| Ok::<_, SceneError>(table.vector(key, "finite numbers", |_| true)?.unwrap_or_default());
+    Ok(Transform {
+        translate: any("translate")?,
+        rotate_degrees: any("rotate_degrees")?,
+        scale: table.scale("scale")?.unwrap_or([1.0; 3]),
+    })
+}
+
+/// Applies a transform to vertices; false if a vertex leaves the range of float32. Normals are transformed by the
+/// inverse transpose. A mirroring transform flips the winding.
+fn apply(transform: &Transform, meshes: &mut [Mesh]) -> bool {
+    let (translate, scale) = (Vec3::from(transform.translate), Vec3::from(transform.scale));
+    let [x, y, z] = transform.rotate_degrees.map(f32::to_radians);
     let rotate = Mat3::from_quat(Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x));
-    // Only the ratio of the scales matters to a normal; dividing by the largest keeps tiny and huge ones finite.
+    // Only the ratio of the scales matters to a normal. Dividing by the largest keeps very small and large ones finite.
     let normal_scale = scale.abs().max_element() / scale;
     for mesh in meshes {
         for position in &mut mesh.positions {
             let moved = rotate * (scale * Vec3::from(*position)) + translate;
             if !moved.is_finite() {
-                return Err(transform
-                    .error("scale", "or `translate` moves a vertex out of the range of float32; use smaller numbers"));
+                return false;
             }
             *position = moved.to_array();
         }
@@ -140,12 +153,12 @@ fn apply(transform: &Table, meshes: &mut [Mesh]) -> Result<(), SceneError> {
             mesh.indices.as_chunks_mut::<3>().0.iter_mut().for_each(|triangle| triangle.swap(1, 2));
         }
     }
-    Ok(())
+    true
 }
 
 fn camera(table: &Table) -> Result<Camera, SceneError> {
     let eye = table.required("eye", table.vector("eye", "finite numbers", |_| true)?, "eye = [0.0, 1.0, 5.0]")?;
-    let target = table.vector("target", "finite numbers, another point than `camera.eye`", |target| target != eye)?;
+    let target = table.vector("target", "finite numbers, different from `camera.eye`", |target| target != eye)?;
     Ok(Camera {
         eye,
         target: table.required("target", target, "target = [0.0, 1.0, 0.0]")?,
@@ -200,7 +213,7 @@ fn light(table: Table) -> Result<Light, SceneError> {
         "directional" => Light::Directional { direction: direction()?, irradiance: power("irradiance")? },
         "point" => Light::Point { position: position()?, intensity: power("intensity")? },
         _ => {
-            // A shadow map has to cover the cone with one perspective view: under 90 degrees.
+            // One perspective shadow map has to cover the cone, so the half angle is under 90 degrees.
             let half_angle = table.number("half_angle_degrees", 0.1..=89.0)?;
             let half_angle_degrees = table.required("half_angle_degrees", half_angle, "half_angle_degrees = 40.0")?;
             let full = table.number("full_intensity_half_angle_degrees", 0.0..=half_angle_degrees)?;

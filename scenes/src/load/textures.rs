@@ -10,23 +10,23 @@ use super::files::tidy;
 use super::{Reader, reason};
 use crate::Texture;
 
-/// What a material wants of an image.
+/// What a material uses an image for.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Role {
-    /// Its colour.
+    /// Colour.
     Colour,
-    /// A mask in the alpha channel.
-    CutOut,
+    /// Alpha mask.
+    AlphaMask,
 }
 
-/// Textures that were asked for before, by path and role; `None` for a mask that is missing.
+/// Textures requested so far, by path and role; `None` for a missing mask.
 pub(super) type Found = HashMap<(String, Role), Option<usize>>;
 
-/// Index of the texture in the file `name`, relative to `folder`, for the material that `whose` names.
+/// Index of the texture in the file `name`, relative to `folder`. `material` names the material in warnings.
 ///
-/// A file is decoded once. A colour that is missing or broken becomes a checker that nobody takes
-/// for a material; a cut-out that is missing or broken cuts nothing (`None`). Both warn.
-pub(super) fn texture(reader: &mut Reader, folder: &Path, name: &str, role: Role, whose: &str) -> Option<usize> {
+/// Each file is decoded once. A missing or broken colour becomes a magenta checker, a missing or broken mask is ignored
+/// (`None`); both give a warning.
+pub(super) fn texture(reader: &mut Reader, folder: &Path, name: &str, role: Role, material: &str) -> Option<usize> {
     let path = tidy(&folder.join(name.replace('\\', "/")));
     if let Some(&known) = reader.textures.get(&(path.clone(), role)) {
         return known;
@@ -36,14 +36,14 @@ pub(super) fn texture(reader: &mut Reader, folder: &Path, name: &str, role: Role
         Ok(image) => {
             let transparent = image.color().has_alpha() && image.to_rgba8().pixels().any(|pixel| pixel.0[3] < 255);
             let mut rgba = image.to_rgba8();
-            if role == Role::CutOut && !transparent {
+            if role == Role::AlphaMask && !transparent {
                 rgba.pixels_mut()
                     .zip(image.to_luma8().pixels())
                     .for_each(|(pixel, luminance)| pixel.0[3] = luminance.0[0]);
             }
-            let other = if role == Role::Colour { Role::CutOut } else { Role::Colour };
+            let other = if role == Role::Colour { Role::AlphaMask } else { Role::Colour };
             match reader.textures.get(&(path.clone(), other)) {
-                // The alpha channel is already the mask: one texture serves both roles.
+                // The alpha channel holds the mask, so one texture serves both roles.
                 Some(&Some(same)) if transparent => Some(same),
                 _ => {
                     let (width, height) = rgba.dimensions();
@@ -52,13 +52,13 @@ pub(super) fn texture(reader: &mut Reader, folder: &Path, name: &str, role: Role
                 }
             }
         }
-        Err(why) if role == Role::CutOut => {
-            reader.warn(format!("{whose}: cut-out texture {path} {why}; the surface is drawn without holes"));
+        Err(why) if role == Role::AlphaMask => {
+            reader.warn(format!("{material}: alpha mask {path} {why}; the surface is drawn opaque"));
             None
         }
         Err(why) => {
-            reader.warn(format!("{whose}: texture {path} {why}; a magenta checker stands in for it"));
-            reader.scene.textures.push(stand_in(&name));
+            reader.warn(format!("{material}: texture {path} {why}; it is replaced by a magenta checker"));
+            reader.scene.textures.push(checker(&name));
             Some(reader.scene.textures.len() - 1)
         }
     };
@@ -66,7 +66,7 @@ pub(super) fn texture(reader: &mut Reader, folder: &Path, name: &str, role: Role
     index
 }
 
-/// The image, or why there is none.
+/// The image, or why it cannot be used.
 fn decode(reader: &Reader, path: &str) -> Result<DynamicImage, String> {
     let bytes = reader.files.read(Path::new(path)).map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => "is missing".into(),
@@ -74,7 +74,7 @@ fn decode(reader: &Reader, path: &str) -> Result<DynamicImage, String> {
     })?;
     let mut image = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
     if image.format().is_none() {
-        // TGA files have no signature: only their name tells.
+        // TGA files have no signature; only the file name identifies them.
         if let Ok(format) = ImageFormat::from_path(path) {
             image.set_format(format);
         }
@@ -82,14 +82,14 @@ fn decode(reader: &Reader, path: &str) -> Result<DynamicImage, String> {
     image.decode().map_err(|error| format!("cannot be decoded ({error})"))
 }
 
-/// A checker of magenta and grey, 8 x 8 fields.
-fn stand_in(name: &str) -> Texture {
+/// A magenta and grey checker of 8 x 8 squares.
+fn checker(name: &str) -> Texture {
     const SIZE: u32 = 64;
     let texel = |i: u32| {
         if (i % SIZE / 8 + i / SIZE / 8).is_multiple_of(2) { [255, 0, 255, 255] } else { [128, 128, 128, 255] }
     };
     Texture {
-        name: format!("stand-in for {name}"),
+        name: format!("replacement for {name}"),
         width: SIZE,
         height: SIZE,
         rgba: (0..SIZE * SIZE).flat_map(texel).collect(),

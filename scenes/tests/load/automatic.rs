@@ -1,4 +1,4 @@
-//! The camera and the light that a bare OBJ file gets.
+//! The automatic camera and light of a bare OBJ file.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use halflight_scenes::{Light, MemoryFiles, Scene, generators, load_scene, write_
 
 use crate::{TRIANGLE, assert_warns, load, load_obj};
 
-/// Faces of a box, named by the direction of their outer side, as corners in counter-clockwise order seen from outside.
+/// Faces of a box by the direction of their outward normal, with corners in counter-clockwise order seen from outside.
 const FACES: [(&str, [usize; 4]); 6] = [
     ("-x", [0, 4, 6, 2]),
     ("+x", [1, 3, 7, 5]),
@@ -35,7 +35,7 @@ fn make_box(low: [f32; 3], high: [f32; 3], without: &[&str], inwards: bool) -> S
     obj
 }
 
-/// Asserts that the corners of the scene's box lie in a square image and reach into its outer half.
+/// Asserts that the corners of the bounding box are inside a square image and at least one is in its outer half.
 fn assert_fills_view(scene: &Scene) {
     let (low, high) = scene.bounds().expect("not empty");
     let [tangent, _] = scene.camera.tan_half_fov(1, 1);
@@ -65,17 +65,17 @@ fn sun(scene: &Scene) -> Vec3 {
 }
 
 #[test]
-fn an_object_is_seen_whole_from_outside() {
+fn an_object_is_completely_visible_from_outside() {
     for scale in [1e-4, 1.0, 1e5] {
         let scene = load_obj(&make_box([0.0; 3], [2.0 * scale, scale, 3.0 * scale], &[], false));
         assert_fills_view(&scene);
         let (low, high) = scene.bounds().expect("not empty");
         let eye = Vec3::from(scene.camera.eye);
         assert!(eye.z > high.z && eye.y > 0.5 * (low.y + high.y), "front, above: {eye}");
-        // The front, the right side and the top are in view; the sun lights the first and the last.
+        // The front, the right side and the top are visible; the sun lights the front and the top.
         assert!(sun(&scene).z < 0.0);
     }
-    // Flat and empty-looking things too.
+    // Flat objects, too.
     assert_fills_view(&load_obj(TRIANGLE));
     assert_fills_view(&load_obj("v 0 0 0\nv 0 0 1\nv 1 0 0\nf 1 2 3\n"));
 }
@@ -100,7 +100,7 @@ fn a_court_is_seen_from_inside_along_its_longest_axis() {
         let forward = (target - eye).normalize();
         assert!(forward.dot(axis).abs() > 0.95, "{forward}");
         assert!((target - eye).length() > 0.8 * 20.0, "from one end to the other");
-        // The sun reaches the point of the floor's middle at the eye's height through the open roof.
+        // Sunlight through the open roof reaches the point at eye height above the centre of the floor.
         let direction = sun(&scene);
         let middle = Vec3::new(0.5 * size[0], eye.y, 0.5 * size[2]);
         let out = middle - direction * ((size[1] - middle.y) / -direction.y);
@@ -109,8 +109,8 @@ fn a_court_is_seen_from_inside_along_its_longest_axis() {
 }
 
 #[test]
-fn walls_may_have_an_outside_too() {
-    // The outer faces of thick walls come first in the file; the inner ones are what a ray meets first.
+fn walls_may_be_thick() {
+    // The outer faces of thick walls come first in the file; rays from inside hit the inner faces first.
     let (low, high) = ([0.0; 3], [20.0, 6.0, 8.0]);
     let outside = make_box(low.map(|x| x - 1.0), high.map(|x| x + 1.0), &["+y"], false);
     let scene = load_obj(&(outside + &make_box(low, high, &["+y"], true)));
@@ -119,11 +119,11 @@ fn walls_may_have_an_outside_too() {
 }
 
 #[test]
-fn things_in_the_way_do_not_hide_what_a_scene_is() {
+fn objects_inside_do_not_change_the_kind_of_scene() {
     let court = make_box([0.0; 3], [20.0, 6.0, 8.0], &["+y"], true);
-    // A tower beside the court moves the centre of the box over its walls.
+    // A tower beside the court moves the centre of the bounding box above its walls.
     let with_tower = court.clone() + &make_box([20.0, 0.0, 3.0], [22.0, 13.0, 5.0], &[], false);
-    // A plinth in the middle has the centroid within.
+    // The centroid is inside a plinth in the centre.
     let with_plinth = court + &make_box([9.0, 0.0, 3.0], [11.0, 2.9, 5.0], &[], false);
     for obj in [with_tower, with_plinth] {
         let eye = Vec3::from(load_obj(&obj).camera.eye);
@@ -132,7 +132,7 @@ fn things_in_the_way_do_not_hide_what_a_scene_is() {
 }
 
 #[test]
-fn a_closed_room_gets_a_light_of_its_own() {
+fn a_closed_room_gets_a_point_light() {
     let scene = load_obj(&make_box([0.0; 3], [4.0, 3.0, 6.0], &[], true));
     assert_warns(&scene, &["closed", "point light"]);
     let [Light::Point { position, intensity }] = scene.lights[..] else { panic!("{:?}", scene.lights) };
@@ -143,7 +143,7 @@ fn a_closed_room_gets_a_light_of_its_own() {
 }
 
 #[test]
-fn what_emits_needs_no_sun() {
+fn a_scene_with_emitters_gets_no_sun() {
     let obj = format!("mtllib m.mtl\nusemtl m\n{TRIANGLE}");
     let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", b"newmtl m\nKe 5 5 5\n")], "m.obj");
     assert_eq!(scene.lights, []);

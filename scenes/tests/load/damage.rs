@@ -1,11 +1,11 @@
-//! Damaged files are read or refused in a sentence, never with a panic.
+//! Damaged files are read or refused with a message, and never cause a panic.
 
 use std::path::Path;
 
 use halflight_scenes::{MemoryFiles, load_scene};
 use image::{ImageFormat, RgbaImage};
 
-/// Every kind of line that the OBJ reader knows.
+/// Every kind of line that the OBJ reader supports.
 const OBJ: &str = "mtllib m.mtl\no a\nv 0 0 0\nv 1 0 0 1\nv 1 1 0 .5 .5 .5\nv 0 1 0\nvt 0 0\nvt 1 .5 0\nvn 0 0 1\n\
     g b\nusemtl m\nf 1/1/1 2/2/1 3/1/1 4/2/1\nf -4 -3 -2\nf 1//1 3//-1 \\\n4//1\nf 1/1 2/2 4/1\nl 1 2\np 3\n# end\n";
 const MTL: &str = "newmtl m\nKd .5 .5 .5\nKs 0.1\nKe 1 2 3\nNs 20\nd 1\nmap_Kd a.png\nmap_d -s 1 1 1 a.png\nillum 2\n";
@@ -21,7 +21,7 @@ fn hash(a: usize, b: usize) -> usize {
     (h ^ (h >> 16)) as usize
 }
 
-/// One to three deletions, doublings, cuts or replacements by bytes that mean something in these formats.
+/// One to three deletions, duplications, cuts or replacements by bytes that have a meaning in these formats.
 fn damaged(mut bytes: Vec<u8>, seed: usize) -> Vec<u8> {
     const BYTES: &[u8] = b"0 9-/.#\\\n\"[]{}=enaif\xff";
     for step in 0..1 + seed % 3 {
@@ -73,6 +73,6 @@ fn damaged_files_never_panic() {
             }
         }
     }
-    // Both ways out are really taken.
+    // Both outcomes occur.
     assert!(read > 1000 && refused > 500, "{read} read, {refused} refused");
 }

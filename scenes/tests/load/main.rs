@@ -1,11 +1,12 @@
-//! The readers as other crates use them: files in, scenes or sentences out.
+//! Readers and writers through the public interface: files in, scenes or error messages out.
 
 mod automatic;
 mod damage;
+mod keyframes;
 mod materials;
-mod moves;
 mod obj;
 mod round_trip;
+mod saved;
 mod scene_file;
 mod sponza;
 
@@ -13,7 +14,7 @@ use std::path::Path;
 
 use halflight_scenes::{MemoryFiles, Scene, load_scene};
 
-/// A file of the test, by path.
+/// Path and contents of a file.
 type File<'a> = (&'a str, &'a [u8]);
 
 /// One triangle in the plane z = 0, counter-clockwise seen from +z.
@@ -25,22 +26,22 @@ fn try_load(files: &[File], path: &str) -> Result<Scene, String> {
 }
 
 fn load(files: &[File], path: &str) -> Scene {
-    try_load(files, path).expect("the scene is good")
+    try_load(files, path).expect("the scene is valid")
 }
 
-/// A bare OBJ file without others beside it.
+/// Loads a bare OBJ file without other files.
 fn load_obj(text: &str) -> Scene {
     load(&[("m.obj", text.as_bytes())], "m.obj")
 }
 
-/// The sentence with which a file is refused. Every sentence is one line.
+/// The message with which a file is refused: always one line.
 fn refusal(files: &[File], path: &str) -> String {
-    let sentence = try_load(files, path).expect_err("the scene is bad");
+    let sentence = try_load(files, path).expect_err("the scene is invalid");
     assert_eq!(sentence.lines().count(), 1, "{sentence}");
     sentence
 }
 
-/// Asserts that the text holds all parts.
+/// Asserts that the text contains all parts.
 #[track_caller]
 fn assert_says(text: &str, parts: &[&str]) {
     for part in parts {
@@ -48,7 +49,7 @@ fn assert_says(text: &str, parts: &[&str]) {
     }
 }
 
-/// Asserts that there is exactly one warning and that it holds all parts.
+/// Asserts that there is exactly one warning and that it contains all parts.
 #[track_caller]
 fn assert_warns(scene: &Scene, parts: &[&str]) {
     assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
@@ -58,7 +59,7 @@ fn assert_warns(scene: &Scene, parts: &[&str]) {
 /// Three corners of a triangle: position, normal, texture coordinate of each.
 type Corner = ([f32; 3], [f32; 3], [f32; 2]);
 
-/// Every corner of a scene, in order, with the name of its material.
+/// All corners of a scene in order, with the names of their materials.
 fn corners(scene: &Scene) -> Vec<(String, Corner)> {
     let of_mesh = |mesh: &halflight_scenes::Mesh| {
         let name = scene.materials[mesh.material].name.clone();

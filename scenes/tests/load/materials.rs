@@ -63,10 +63,10 @@ fn numbers_out_of_range_are_clamped_with_a_warning() {
 }
 
 #[test]
-fn odd_lines_are_passed_over_with_a_warning() {
+fn invalid_lines_are_skipped_with_a_warning() {
     for line in ["Kd", "Kd red", "Kd 1 2", "Ns", "map_Kd", "map_d"] {
         let scene = with_library(&format!("newmtl m\n{line}\nKs .5 .5 .5\n"), &[]);
-        assert_warns(&scene, &["dir/m.mtl:2:", &format!("`{line}`"), "passed over"]);
+        assert_warns(&scene, &["dir/m.mtl:2:", &format!("`{line}`"), "is skipped"]);
         assert_eq!(scene.materials[0].specular, [0.5; 3], "the lines after it count");
     }
 }
@@ -79,7 +79,7 @@ fn images_are_loaded_once_with_row_0_on_top() {
     let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes()), ("tex/My Image.png", &png)], "m.obj");
     assert_eq!(scene.warnings, [""; 0]);
     let used: Vec<_> = scene.materials.iter().map(|m| (m.albedo, m.albedo_texture)).collect();
-    // Without Kd the image alone is the colour. Another spelling may be another file on some disks.
+    // The default of Kd with an image is 1. On some disks another spelling is another file.
     assert_eq!(used[0], ([1.0; 3], Some(0)));
     assert_eq!(used[1].0, [0.5; 3]);
     let texture = &scene.textures[0];
@@ -104,21 +104,21 @@ fn common_formats_are_read() {
         let scene =
             with_library(&format!("newmtl m\nmap_Kd {name}\n"), &[(&format!("dir/{name}"), &encoded(grey, format))]);
         assert_eq!(scene.warnings, [""; 0]);
-        // JPEG may be a level or two off.
+        // JPEG is lossy: a level or two off.
         assert!(scene.textures[0].rgba[0].abs_diff(100) <= 2, "{name}");
     }
 }
 
 #[test]
-fn cut_outs_come_from_alpha_or_else_luminance() {
+fn alpha_masks_come_from_alpha_or_else_luminance() {
     let masks = |image: Vec<u8>, mtl: &str| with_library(&format!("newmtl m\n{mtl}"), &[("dir/leaf.png", &image)]);
     let alphas = |scene: &Scene| {
         let texture = &scene.textures[scene.materials[0].alpha_texture.expect("a mask")];
         texture.rgba.chunks(4).map(|texel| texel[3]).collect::<Vec<_>>()
     };
-    // White everywhere, holes in alpha.
+    // White with transparent texels.
     let alpha = RgbaImage::from_fn(2, 1, |x, _| Rgba([255, 255, 255, if x == 0 { 0 } else { 200 }]));
-    // An opaque alpha channel says nothing: luminance counts.
+    // With an opaque alpha channel the luminance is the mask.
     let level = |x| if x == 0 { 10 } else { 250 };
     let opaque = RgbaImage::from_fn(2, 1, |x, _| Rgba([level(x), level(x), level(x), 255]));
     let grey = RgbImage::from_fn(2, 1, |x, _| Rgb([level(x); 3]));
@@ -128,7 +128,7 @@ fn cut_outs_come_from_alpha_or_else_luminance() {
     let grey = encoded(grey, ImageFormat::Png);
     assert_eq!(alphas(&masks(grey.clone(), "map_d leaf.png\n")), [10, 250]);
 
-    // One file in both roles: one texture where alpha is the mask, else colour and mask apart.
+    // One file in both roles: one texture if alpha is the mask, otherwise two.
     let both = masks(alpha, "map_Kd leaf.png\nmap_d leaf.png\n");
     assert_eq!((both.textures.len(), both.materials[0].albedo_texture), (1, both.materials[0].alpha_texture));
     let both = masks(grey, "map_Kd leaf.png\nmap_d leaf.png\n");
@@ -138,11 +138,11 @@ fn cut_outs_come_from_alpha_or_else_luminance() {
 }
 
 #[test]
-fn missing_and_broken_images_get_a_stand_in_and_a_warning() {
+fn missing_and_broken_images_are_replaced_with_a_warning() {
     let scene = with_library("newmtl m\nmap_Kd gone.png\n", &[]);
     assert_warns(&scene, &["dir/m.mtl:1:", "`m`", "dir/gone.png", "is missing", "checker"]);
-    let texture = &scene.textures[scene.materials[0].albedo_texture.expect("a stand-in")];
-    assert_eq!(texture.name, "stand-in for gone.png");
+    let texture = &scene.textures[scene.materials[0].albedo_texture.expect("a replacement")];
+    assert_eq!(texture.name, "replacement for gone.png");
     assert_eq!(
         (texture.rgba[..4].to_vec(), texture.rgba[32..36].to_vec()),
         (vec![255, 0, 255, 255], vec![128, 128, 128, 255])
@@ -154,7 +154,7 @@ fn missing_and_broken_images_get_a_stand_in_and_a_warning() {
         assert_warns(&scene, &["dir/a.png", "cannot be decoded", "checker"]);
     }
     let scene = with_library("newmtl m\nmap_d gone.png\n", &[]);
-    assert_warns(&scene, &["dir/gone.png", "is missing", "without holes"]);
+    assert_warns(&scene, &["dir/gone.png", "is missing", "drawn opaque"]);
     assert_eq!(scene.materials[0].alpha_texture, None);
 
     // One file, one warning.
@@ -164,7 +164,7 @@ fn missing_and_broken_images_get_a_stand_in_and_a_warning() {
 }
 
 #[test]
-fn texture_options_are_passed_over_with_a_warning() {
+fn texture_options_are_ignored_with_a_warning() {
     let png = encoded(colours(), ImageFormat::Png);
     let scene = with_library("newmtl m\nmap_Kd -s 2 2 1 a.png\n", &[("dir/a.png", &png)]);
     assert_warns(&scene, &["dir/m.mtl:2:", "options", "map_Kd -s 2 2 1 a.png"]);
@@ -172,7 +172,7 @@ fn texture_options_are_passed_over_with_a_warning() {
 }
 
 #[test]
-fn a_black_kd_over_an_image_is_told() {
+fn a_black_kd_with_an_image_gives_a_warning() {
     let png = encoded(colours(), ImageFormat::Png);
     let scene = with_library("newmtl m\nKd 0 0 0\nmap_Kd a.png\n", &[("dir/a.png", &png)]);
     assert_warns(&scene, &["dir/m.mtl:1:", "map_Kd black", "Kd 1 1 1"]);
@@ -188,14 +188,14 @@ fn missing_libraries_and_materials_are_drawn_in_grey() {
     let obj = format!("mtllib m.mtl\nusemtl brik\n{TRIANGLE}");
     let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", b"newmtl brick\nKd 1 0 0\n")], "m.obj");
     assert_warns(&scene, &["m.obj:2:", "`brik`", "`brick`", "grey"]);
-    // No usemtl at all is nothing to warn of.
+    // A file without usemtl gives no warning.
     let scene = load(&[("m.obj", TRIANGLE.as_bytes())], "m.obj");
     assert_eq!((scene.warnings.len(), scene.materials), (0, vec![Material::default()]));
 }
 
 #[test]
 fn libraries_are_found_wherever_they_are_named() {
-    // Below their use; two in one line; a name with a blank.
+    // After their use; two on one line; a name with a space.
     for (line, names) in [("a.mtl b.mtl", ["a.mtl", "b.mtl"]), ("my lib.mtl", ["my lib.mtl", "x.mtl"])] {
         let obj = format!("usemtl m\n{TRIANGLE}mtllib {line}\n");
         let [first, second] = names;

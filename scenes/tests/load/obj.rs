@@ -1,4 +1,4 @@
-//! Geometry of OBJ files, good and bad.
+//! Geometry of OBJ files, valid and invalid.
 
 use crate::{TRIANGLE, assert_says, assert_warns, corners, load_obj, refusal};
 
@@ -32,7 +32,7 @@ fn polygons_become_fans_and_objects_split_by_material() {
 }
 
 #[test]
-fn texture_coordinates_run_downwards() {
+fn texture_coordinates_point_down() {
     let scene = load_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt .25 .125\nvt 2\nf 1/1 2/2 3/3\n");
     let uvs: Vec<_> = corners(&scene).iter().map(|(_, (_, _, uv))| *uv).collect();
     assert_eq!(uvs, [[0.0, 1.0], [0.25, 0.875], [2.0, 1.0]]);
@@ -57,12 +57,12 @@ fn groups_may_mix_face_forms() {
 }
 
 #[test]
-fn odd_but_legal_lines_are_read() {
+fn unusual_but_valid_lines_are_read() {
     let plain = corners(&load_obj(TRIANGLE));
     for text in [
-        // Relative indices, Windows line ends, comments, a byte order mark, blanks.
+        // Relative indices, Windows line ends, comments, a byte order mark, spaces.
         "\u{feff}# head\r\nv 0 0 0\r\nv 1 0 0 # one\r\n\tv 0 1 0\r\nf -3 -2 -1 # face\r\n",
-        // A face before its vertices, and a line that goes on in the next.
+        // A face before its vertices, and a line that continues on the next.
         "f 1 2 \\\n 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n",
         // Weights and colours, points, lines, curves and smoothing groups.
         "v 0 0 0 2\nv 1 0 0 1 0 0\nv 0 1 0\ns off\np 1\nl 1 2 3\ncurv 0 1 1 2\nf 1 2 3\n",
@@ -82,11 +82,11 @@ fn text_that_is_not_utf8_is_read() {
 
 #[test]
 fn zero_area_faces_are_dropped_and_counted() {
-    // Twice the same corner, three on a line (not exactly so in binary), a face of two corners.
+    // A repeated corner, three collinear corners (not exactly in binary), a face with two corners.
     let scene = load_obj(&format!("{TRIANGLE}v .1 .3 .7\nv .2 .6 1.4\nv .7 2.1 4.9\nf 1 2 2\nf 4 5 6\nf 1 2\n"));
     assert_eq!(scene.triangle_count(), 1);
     assert_warns(&scene, &["m.obj", "3 faces of zero area were dropped"]);
-    // Thin is not flat: 1e-4 of its length.
+    // A thin triangle is kept: its height is 1e-4 of its length.
     assert_eq!(load_obj("v 0 0 0\nv 100 0 0\nv 50 .01 0\nf 1 2 3\n").triangle_count(), 1);
 }
 
@@ -106,7 +106,7 @@ fn a_shared_bad_normal_is_the_mean_around_its_vertex() {
     let scene =
         load_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 0\nvn 0 0 1\nf 1//1 2//2 3//2\nf 1//1 4//2 2//2\n");
     let normal = corners(&scene)[0].1.1;
-    // Rounding of a float32.
+    // Rounding of float32.
     assert!((normal[1] - 0.5_f32.sqrt()).abs() < 1e-6 && (normal[2] - 0.5_f32.sqrt()).abs() < 1e-6, "{normal:?}");
 }
 
@@ -148,7 +148,7 @@ fn broken_faces_are_refused_with_their_line() {
     for (face, what) in [
         ("1 2 x", "whole numbers"),
         ("1 2 3/1/1/1", "more than three"),
-        ("1/1 2/1 3", "not all of one form"),
+        ("1/1 2/1 3", "different forms"),
         ("1 2 99999999999999999999", "whole numbers"),
     ] {
         assert_says(&refused(&format!("{head}f {face}\n")), &["dir/m.obj:5:", what, "export the model again"]);

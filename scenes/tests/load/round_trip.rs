@@ -1,4 +1,4 @@
-//! What `write_obj` writes, `load_scene` reads.
+//! `load_scene` reads what `write_obj` writes.
 
 use std::path::Path;
 
@@ -7,9 +7,9 @@ use halflight_scenes::{Material, MemoryFiles, Mesh, Scene, Texture, generators, 
 use crate::{assert_says, corners};
 
 fn rewritten(scene: &Scene) -> Scene {
-    let files = write_obj(&scene.meshes, &scene.materials, &scene.textures, "out").expect("a good scene");
+    let files = write_obj(&scene.meshes, &scene.materials, &scene.textures, "out").expect("a valid scene");
     let files: MemoryFiles = files.into_iter().collect();
-    load_scene(&files, Path::new("out.obj")).expect("what was written is good")
+    load_scene(&files, Path::new("out.obj")).expect("a written file can be read")
 }
 
 /// Asserts that two scenes have the same triangles of the same materials.
@@ -20,7 +20,7 @@ fn assert_same(read: &Scene, scene: &Scene) {
     for ((_, read), (_, wanted)) in read_corners.iter().zip(&wanted) {
         assert_eq!((read.0, read.1), (wanted.0, wanted.1), "positions and normals, bit for bit");
         for (read, wanted) in read.2.iter().zip(wanted.2) {
-            // v is stored as 1 - v: two roundings of half a float32 step at up to |v| + 1.
+            // v is stored as 1 - v: two roundings, each by half a float32 step at up to |v| + 1.
             assert!((read - wanted).abs() <= f32::EPSILON * (1.0 + wanted.abs()), "{read} {wanted}");
         }
     }
@@ -36,8 +36,8 @@ fn assert_same(read: &Scene, scene: &Scene) {
     assert!(seen(read) == seen(scene), "the same materials and texels");
 }
 
-/// Awkward numbers, names that clash or do not fit, and every kind of texture.
-fn awkward() -> Scene {
+/// Difficult numbers, names that clash or are invalid in OBJ, and every kind of texture.
+fn difficult() -> Scene {
     let texture = |name: &str, texels: &[[u8; 4]]| Texture {
         name: name.into(),
         width: texels.len() as u32,
@@ -79,13 +79,13 @@ fn awkward() -> Scene {
 }
 
 #[test]
-fn an_awkward_scene_survives() {
-    let scene = awkward();
+fn a_difficult_scene_reads_back() {
+    let scene = difficult();
     assert_same(&rewritten(&scene), &scene);
 }
 
 #[test]
-fn generators_survive() {
+fn generated_scenes_read_back() {
     for &name in generators::NAMES {
         let generators::Geometry { meshes, materials, textures } = generators::geometry(name).expect("it builds");
         let scene = Scene { meshes, materials, textures, ..Scene::default() };
@@ -94,15 +94,15 @@ fn generators_survive() {
 }
 
 #[test]
-fn a_mask_without_holes_is_left_out() {
-    let mut scene = awkward();
+fn an_opaque_mask_is_left_out() {
+    let mut scene = difficult();
     scene.materials[0].alpha_texture = Some(0);
     assert_eq!(rewritten(&scene).materials[0].alpha_texture, None);
 }
 
 #[test]
 fn a_texture_of_the_wrong_size_is_refused() {
-    let mut scene = awkward();
+    let mut scene = difficult();
     scene.textures[0].width = 3;
     let error = write_obj(&scene.meshes, &scene.materials, &scene.textures, "out").expect_err("3 texels in 8 bytes");
     assert_says(&error.to_string(), &["`a/x.jpg`", "8 bytes", "12"]);

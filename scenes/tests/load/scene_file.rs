@@ -1,4 +1,4 @@
-//! TOML scene files, good and bad.
+//! TOML scene files, valid and invalid.
 
 use glam::Vec3;
 use halflight_scenes::{Camera, Light, Scene, generators};
@@ -71,13 +71,13 @@ fn every_key_is_read() {
 }
 
 #[test]
-fn numbers_may_be_written_in_every_way_of_toml() {
+fn numbers_may_have_every_toml_form() {
     let read = scene(&format!("{MODEL}[camera]\neye = [1_000, 0x10, +1_0.5e1]\ntarget = [-0.0, -3, 5e-1]\n{SUN}"));
     assert_eq!((read.camera.eye, read.camera.target), ([1000.0, 16.0, 105.0], [0.0, -3.0, 0.5]));
 }
 
 #[test]
-fn what_is_left_out_has_defaults() {
+fn missing_keys_have_defaults() {
     let read = scene(&format!("{MODEL}{CAMERA}{SUN}"));
     assert_eq!((read.name.as_str(), read.camera.up, read.camera.vertical_fov_degrees), ("s", [0.0, 1.0, 0.0], 60.0));
     let hard = "[[light]]\nkind = \"spot\"\nposition = [0, 1, 0]\ndirection = [0, -1, 0]\nintensity = [1, 1, 1]\nhalf_angle_degrees = 30\n";
@@ -86,7 +86,7 @@ fn what_is_left_out_has_defaults() {
         panic!("not a spot light")
     };
     assert_eq!(full_intensity_half_angle_degrees, 30.0);
-    // Neither camera nor light: as for a bare OBJ.
+    // Without camera and light: as for a bare OBJ file.
     let bare = load(&[("m.obj", TRIANGLE.as_bytes())], "m.obj");
     let automatic = scene(MODEL);
     assert_eq!((automatic.camera, automatic.lights), (bare.camera, bare.lights));
@@ -97,7 +97,7 @@ fn generators_can_be_named() {
     let obj = format!("mtllib m.mtl\nusemtl m\n{TRIANGLE}");
     for &name in generators::NAMES {
         let geometry = generators::geometry(name).expect("every name builds");
-        // Behind a model with a material and a texture of its own.
+        // After a model with its own material and texture.
         let toml = format!("{MODEL}[[model]]\ngenerator = \"{name}\"\n{CAMERA}{SUN}");
         let files: [(&str, &[u8]); 3] =
             [("s.toml", toml.as_bytes()), ("m.obj", obj.as_bytes()), ("m.mtl", b"newmtl m\nmap_Kd gone.png\n")];
@@ -133,15 +133,15 @@ fn the_same_texture_of_two_models_is_loaded_once() {
 
 #[test]
 fn transforms_are_baked_in_the_stated_order() {
-    // A triangle tilted by 45 degrees about x, so that scaling turns its normal.
+    // A triangle tilted by 45 degrees about x, so that scaling changes its normal.
     let tilted = "v 0 0 0\nv 1 0 0\nv 0 1 -1\nvn 0 1 1\nf 1//1 2//1 3//1\n";
     let [h, n] = [0.5_f32.sqrt(), 0.2_f32.sqrt()];
     for (transform, positions, normal) in [
         ("translate = [1, 2, 3]", [[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 2.0]], [0.0, h, h]),
-        // y twice as high: by the inverse transpose the normal leans towards z.
+        // Scaled by 2 in y: the inverse transpose tilts the normal towards z.
         ("scale = [1, 2, 1]", [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, -1.0]], [0.0, n, 2.0 * n]),
         ("scale = 3", [[0.0; 3], [3.0, 0.0, 0.0], [0.0, 3.0, -3.0]], [0.0, h, h]),
-        // Mirrored in x: corners 2 and 3 change places, so the winding still goes with the normal.
+        // Mirrored in x: corners 2 and 3 are swapped, so that the winding agrees with the normal.
         ("scale = [-1, 1, 1]", [[0.0; 3], [0.0, 1.0, -1.0], [-1.0, 0.0, 0.0]], [0.0, h, h]),
         ("scale = -1", [[0.0; 3], [0.0, -1.0, 1.0], [-1.0, 0.0, 0.0]], [0.0, -h, -h]),
         ("rotate_degrees = [0, 90, 0]", [[0.0; 3], [0.0, 0.0, -1.0], [-1.0, 1.0, 0.0]], [h, h, 0.0]),
@@ -159,17 +159,17 @@ fn transforms_are_baked_in_the_stated_order() {
         let corners: Vec<_> = corners(&read).into_iter().map(|(_, (position, normal, _))| [position, normal]).collect();
         for (corner, wanted) in corners.iter().zip(positions) {
             for (value, wanted) in corner.concat().iter().zip([wanted, normal].concat()) {
-                // A few float32 roundings of numbers around 10.
+                // A few float32 roundings of numbers near 10.
                 assert!((value - wanted).abs() < 1e-5, "{transform}: {corners:?}");
             }
         }
         let [a, b, c] = [0, 1, 2].map(|i| Vec3::from(corners[i][0]));
-        assert!((b - a).cross(c - a).dot(normal.into()) > 0.0, "{transform}: the winding is against the normal");
+        assert!((b - a).cross(c - a).dot(normal.into()) > 0.0, "{transform}: the winding disagrees with the normal");
     }
 }
 
 #[test]
-fn unknown_keys_are_answered_with_the_nearest() {
+fn unknown_keys_get_the_nearest_name() {
     for (toml, line, parts) in [
         ("nam = \"x\"\n", 1, ["`nam`", "did you mean `name`?"]),
         ("[[modle]]\n", 1, ["`modle`", "did you mean `model`?"]),
@@ -194,7 +194,7 @@ fn unknown_keys_are_answered_with_the_nearest() {
 }
 
 #[test]
-fn bad_values_are_refused_with_line_key_value_and_range() {
+fn invalid_values_are_refused_with_line_key_value_and_range() {
     let spot = "[[light]]\nkind = \"spot\"\nposition = [0, 1, 0]\ndirection = [0, -1, 0]\nintensity = [1, 1, 1]\n";
     for (toml, line, parts) in [
         (format!("{CAMERA}vertical_fov_degrees = 0.5\n"), 4, ["`camera.vertical_fov_degrees` is 0.5", "from 1 to 170"]),
@@ -208,7 +208,7 @@ fn bad_values_are_refused_with_line_key_value_and_range() {
         (
             "[camera]\neye = [0, 1, 2]\ntarget = [0.0, 1.0, 2.0]\n".into(),
             3,
-            ["`camera.target` is", "another point than `camera.eye`"],
+            ["`camera.target` is", "different from `camera.eye`"],
         ),
         ("[camera]\ntarget = [0, 1, 2]\n".into(), 1, ["`camera.eye` is missing", "eye = ["]),
         ("[camera]\neye = [0, 1, 2]\n".into(), 1, ["`camera.target` is missing", "target = ["]),
@@ -253,7 +253,7 @@ fn bad_values_are_refused_with_line_key_value_and_range() {
 }
 
 #[test]
-fn a_bad_model_is_refused_with_its_own_file_and_line() {
+fn an_invalid_model_is_refused_with_its_file_and_line() {
     let toml = "[[model]]\npath = \"sub/bad.obj\"\n";
     let files: [(&str, &[u8]); 2] = [("dir/s.toml", toml.as_bytes()), ("dir/sub/bad.obj", b"v 0 0 nan\n")];
     assert_says(&refusal(&files, "dir/s.toml"), &["dir/sub/bad.obj:1:", "`v 0 0 nan`"]);
@@ -264,7 +264,7 @@ fn an_environment_is_a_radiance_or_a_map() {
     for (text, wanted) in [
         ("radiance = [1, -1, 1]", &["dir/s.toml:4:", "radiance", "none of them negative"][..]),
         ("map = 'no.exr'", &["dir/s.toml:4:", "no.exr", "no such file"]),
-        ("map = 'no.exr'\nradiance = [1, 1, 1]", &["beside `radiance`", "remove one"]),
+        ("map = 'no.exr'\nradiance = [1, 1, 1]", &["together with `radiance`", "remove one"]),
         ("", &["radiance", "is missing", "map ="]),
         ("mpa = 'no.exr'", &["mpa", "did you mean `map`"]),
     ] {
@@ -275,7 +275,7 @@ fn an_environment_is_a_radiance_or_a_map() {
         ("dir/m.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
         ("dir/sky.exr", b"not an image"),
     ];
-    assert_says(&refusal(&broken, "dir/s.toml"), &["sky.exr", "no EXR image", "store it"]);
+    assert_says(&refusal(&broken, "dir/s.toml"), &["sky.exr", "not a readable EXR image", "store it"]);
 }
 
 #[test]

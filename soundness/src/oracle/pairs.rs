@@ -2,12 +2,11 @@
 
 use halflight_evaluator::{
     Error,
-    session::{Frames, Request, Session},
+    experiment::session::{Frames, Request, Session},
 };
-use halflight_frame_graph::UniformValue;
 use halflight_native::{NativeGpu, frames::read_buffer};
 use halflight_renderer::parameters::Settings;
-use halflight_shared_shaders::{BindingKind, Member};
+use halflight_shared_shaders::{BindingKind, Member, UniformValue};
 use halflight_techniques::hierarchical::{Hierarchical, TECHNIQUE, covering_radius, ring_radii};
 use wgpu::util::DeviceExt;
 
@@ -184,13 +183,8 @@ fn packed(size: u32, members: &[Member], values: &[(&str, UniformValue)]) -> Vec
     for member in members {
         let value = values.iter().find(|(name, _)| *name == member.name).map(|(_, value)| value);
         let at = member.offset as usize;
-        let mut put = |value: &[u8]| bytes[at..at + value.len()].copy_from_slice(value);
-        match value {
-            Some(UniformValue::F32(v)) => put(bytemuck::bytes_of(v)),
-            Some(UniformValue::U32(v)) => put(bytemuck::bytes_of(v)),
-            Some(UniformValue::Vec2(v)) => put(bytemuck::bytes_of(v)),
-            Some(UniformValue::Mat4(v)) => put(bytemuck::bytes_of(v)),
-            None => {}
+        if let Some(value) = value.map(UniformValue::bytes) {
+            bytes[at..at + value.len()].copy_from_slice(value);
         }
     }
     bytes

@@ -1,7 +1,7 @@
 //! The view-space voxel grid and its rays in float64 on the CPU. Every column on the way is clipped separately, where the
 //! shader steps from one to the next.
 
-use halflight_evaluator::session::Frames;
+use halflight_evaluator::experiment::session::Frames;
 
 use super::{GBuffer, Pixel};
 

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use halflight_evaluator::grid::Grid;
+use halflight_evaluator::experiment::grid::Grid;
 use halflight_native::AdapterChoice;
 use halflight_renderer::parameters::Settings;
 use halflight_scenes::{MemoryFiles, Scene, load_scene};

@@ -3,8 +3,9 @@
 use glam::Vec3;
 use halflight_evaluator::{
     Error,
-    session::{Frames, Request, Session},
+    experiment::session::{Frames, Request, Session},
 };
+use halflight_renderer::gi::rsm::has_light_views;
 use halflight_renderer::{
     gi::Technique,
     parameters::{Kind, Settings, Value},
@@ -76,7 +77,7 @@ fn alone(
     let frames = frame(session, technique, settings, [1, 1])?;
     let light = mean(&frames, "indirect")?;
     // Reflective shadow maps show more than the screen.
-    if frames.plan().passes.iter().any(|pass| pass.shader.starts_with("light_views/")) {
+    if has_light_views(frames.plan()) {
         let reason = "surfaces in reflective shadow maps light it";
         return Ok(vec![check.clone().reported("indirect light", light, reason)]);
     }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 use halflight_evaluator::{
     Error,
-    session::{Request, Session},
+    experiment::session::{Request, Session},
 };
 use halflight_renderer::{
     gi::Technique,

@@ -6,9 +6,10 @@ use std::path::Path;
 use glam::Vec3;
 use halflight_evaluator::{
     Error,
-    session::{Frames, Request, Session},
+    experiment::session::{Frames, Request, Session},
 };
 use halflight_frame_graph::scan::Scanned;
+use halflight_renderer::gi::rsm::has_light_views;
 use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, check_settings},
@@ -119,13 +120,11 @@ fn examine(
             check.clone().bounded("largest value of light", f64::from(found.largest), 0.0, "nothing sends light")
         }
         // Reflective shadow maps may hold brighter surfaces than the screen.
-        Expect::Light if frames.plan().passes.iter().any(|pass| pass.shader.starts_with("light_views/")) => {
-            check.clone().reported(
-                "mean of indirect light",
-                mean_indirect(&frames)?,
-                "sources off the screen may be brighter than those on it",
-            )
-        }
+        Expect::Light if has_light_views(frames.plan()) => check.clone().reported(
+            "mean of indirect light",
+            mean_indirect(&frames)?,
+            "sources off the screen may be brighter than those on it",
+        ),
         Expect::Light => {
             let bound = f64::from(found.largest_direct) * series(&extreme.scene, bounces(technique, settings));
             let mean = mean_indirect(&frames)?;

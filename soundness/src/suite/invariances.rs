@@ -4,9 +4,10 @@
 use glam::{Quat, Vec3};
 use halflight_evaluator::{
     Error,
-    session::{Frames, Request, Session},
+    experiment::session::{Frames, Request, Session},
 };
 use halflight_native::images::{Rgb, luminance};
+use halflight_renderer::gi::{rsm::has_light_views, scene_voxels::has_scene_voxels};
 use halflight_renderer::{
     gi::Technique,
     parameters::{Kind, Settings, Value},
@@ -74,8 +75,7 @@ impl Subject<'_> {
         let check = self.check.clone().bounded(DRIFT, drift(&a, &b), LARGEST_DRIFT, AT_EDGES);
         let check = check.detail(format!("root mean square {:.1e} of the mean", difference(&a, &b)));
         let frames = self.frames(scene, SIZE, 0)?;
-        let has = |folder: &str| frames.plan().passes.iter().any(|pass| pass.shader.starts_with(folder));
-        if !check.is_red() || !has("light_views/") {
+        if !check.is_red() || !has_light_views(frames.plan()) {
             return Ok(check);
         }
         // Rounding alone can change which virtual point lights are chosen, so means of many frames are compared with their noise.
@@ -89,7 +89,7 @@ impl Subject<'_> {
         let noise = (2.0 * variance / f64::from(SEEDS)).sqrt() / average(&ours);
         let drift = (average(&theirs) / average(&ours) - 1.0).abs();
         let check = check.detail(format!("means of {SEEDS} times {FRAMES} frames"));
-        if has("scene_voxels/") && !same_voxels {
+        if has_scene_voxels(frames.plan()) && !same_voxels {
             let reason = "the voxel grid is aligned differently with the surfaces: the drift is reported";
             return Ok(check.reported(DRIFT, drift, reason));
         }

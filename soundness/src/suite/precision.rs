@@ -3,13 +3,14 @@
 use glam::DVec3;
 use halflight_evaluator::{
     Error,
-    session::{Frames, Request, Session},
-    statistics::percentile,
+    experiment::session::{Frames, Request, Session},
 };
-use halflight_frame_graph::{Part, UniformValue};
+use halflight_frame_graph::Part;
+use halflight_metrics::percentile;
 use halflight_native::images::luminance;
 use halflight_renderer::parameters::{Kind, Settings, Value};
 use halflight_scenes::Scene;
+use halflight_shared_shaders::UniformValue;
 use halflight_techniques::technique;
 
 use super::{Suite, closed_forms::SHORT_NORMAL};

@@ -5,10 +5,10 @@ use std::{io::Write as _, path::Path};
 use halflight_evaluator::{
     Error,
     format::number,
-    report::{
+    report::document::{
         chart::{Bars, Drawing, Segment},
         markdown, simple_page,
-        tables::{Cell, Column, Table as Printed, TableRow},
+        table::{Cell, Column, Table as Printed, TableRow},
     },
 };
 use halflight_native::files::write_whole;

@@ -1,7 +1,7 @@
 //! What the filter averages, what it forgets, and when.
 
 use glam::Vec3;
-use halflight_evaluator::session::{Frames, Request, Session};
+use halflight_evaluator::experiment::session::{Frames, Request, Session};
 use halflight_frame_graph::{CompiledGraph, Externals, ResourceKind};
 use halflight_native::images::{Rgb, luminance};
 use halflight_renderer::{

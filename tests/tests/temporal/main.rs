@@ -5,7 +5,7 @@ mod filter;
 mod moving;
 
 use glam::Vec3;
-use halflight_evaluator::session::Frames;
+use halflight_evaluator::experiment::session::Frames;
 use halflight_native::images::Rgb;
 use halflight_scenes::{Keyframe, Motion, Scene};
 use halflight_soundness::scenes;

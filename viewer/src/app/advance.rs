@@ -1,26 +1,27 @@
-//! One step of the application: sides, exposure, truth and errors in line with the state, as far as the device is ready.
+//! One step of the application: updates sides, exposure, reference and errors as far as the device is ready.
 
 use eframe::egui;
-use halflight_renderer::tone::auto_exposure;
+use halflight_metrics::tone::auto_exposure;
 use web_time::{Duration, Instant};
 
 use super::{REST, Viewer};
 use crate::{
-    background::Subject,
     benchmark,
     plot::{Trade, Tried},
     readback::TextureReading,
+    reference::Subject,
     show::Look,
-    stage::{Moment, Progress, Side, Stage},
+    side::{Moment, Progress, Side},
+    stage::Stage,
 };
 
-/// Time between two passes of the interface while a software adapter traces: that of its batches.
+/// Time between two passes of the interface while a software adapter traces: about that of its batches.
 const SOFTWARE_PAUSE: Duration = Duration::from_millis(300);
-/// Part of the scene's diagonal whose depth shows as middle grey.
+/// Depth that is shown as middle grey, as a fraction of the scene's diagonal.
 const DEPTH_RANGE: f32 = 0.25;
 
 impl Viewer {
-    /// Brings everything in line with the state and works on it as far as the device is ready.
+    /// Updates everything from the state, as far as the device is ready.
     pub(super) fn advance(&mut self, ctx: &egui::Context, renderer: &mut eframe::egui_wgpu::Renderer) {
         #[cfg(not(target_arch = "wasm32"))]
         let _ = self.gpu.device.poll(wgpu::PollType::Poll);
@@ -38,14 +39,14 @@ impl Viewer {
         if stage.relight(&self.gpu, lights) {
             self.changed = Instant::now();
         }
-        let frame = if stage.moves() { self.frame() } else { 0 };
+        let frame = if stage.is_animated() { self.frame() } else { 0 };
         let subject = Subject { camera, lights: stage.scene.lights.clone(), size: self.state.size, frame };
-        if self.background.leave(&subject) {
-            self.truth_done = false;
+        if self.reference.reset_unless(&subject) {
+            self.reference_done = false;
             self.trade = Trade::default();
         }
-        // A still scene shows the same noise at rest, and another one in every frame that plays.
-        let frame = if stage.moves() || self.playing.is_some() { self.frame() } else { 0 };
+        // A static scene has the same noise in every frame, unless a light is playing.
+        let frame = if stage.is_animated() || self.playing.is_some() { self.frame() } else { 0 };
         let moment = Moment { camera, frame, seed: self.state.seed };
         let (mut busy, mut drawn, mut measuring) = (false, true, false);
         for index in 0..2 {
@@ -61,31 +62,31 @@ impl Viewer {
             busy = true;
         }
         let resting = self.playing.is_none() && self.changed.elapsed() > REST;
-        if !busy && !measuring && self.state.truth && resting && !self.truth_done {
-            match self.background.step(&self.gpu, &stage, &subject) {
-                Ok(more) => self.truth_done = !more,
+        if !busy && !measuring && self.state.reference && resting && !self.reference_done {
+            match self.reference.step(&self.gpu, &stage, &subject) {
+                Ok(more) => self.reference_done = !more,
                 Err(error) => {
-                    self.state.truth = false;
+                    self.state.reference = false;
                     self.say(error.to_string());
                 }
             }
         }
-        busy |= self.judge();
+        busy |= self.measure_error();
         for (side, open) in self.sides.iter_mut().zip(self.checking) {
             if let Some(side) = side.as_mut().filter(|side| open && side.is_settled() && !side.is_measuring()) {
-                busy |= side.scan(&self.gpu);
+                busy |= side.check(&self.gpu);
             }
         }
         self.stage = Some(stage);
-        // What is ready now is painted in the next pass.
+        // The interface shows the current results in the next pass.
         let ready = drawn && self.exposure_reading.is_none() && self.playing.is_none();
         self.settled = ready && self.ready;
         busy |= ready && !self.settled;
         self.ready = ready;
         if busy || self.playing.is_some() {
             ctx.request_repaint();
-        } else if self.state.truth && !self.truth_done && !measuring {
-            // Software paints the interface as slowly as it traces: most of its time belongs to the tracer.
+        } else if self.state.reference && !self.reference_done && !measuring {
+            // A software adapter paints the interface slowly, so it spends most of its time on tracing.
             let wait = if self.software { SOFTWARE_PAUSE } else { Duration::ZERO };
             ctx.request_repaint_after(wait);
         }
@@ -105,44 +106,44 @@ impl Viewer {
             if let Some(side) = self.sides[index].take() {
                 side.destroy();
             }
-            self.complaints[index] = None;
+            self.side_errors[index] = None;
             return Progress::Idle;
         }
         let (gpu, size) = (&self.gpu, self.state.size);
         let configuration = &self.state.sides[index];
-        let followed = match &mut self.sides[index] {
-            Some(side) => side.follow(gpu, stage, configuration, size),
+        let updated = match &mut self.sides[index] {
+            Some(side) => side.update(gpu, stage, configuration, size),
             None => Side::new(gpu, stage, configuration, size).map(|side| {
                 self.sides[index] = Some(side);
                 true
             }),
         };
-        match followed {
+        match updated {
             Ok(changed) => {
-                self.complaints[index] = None;
+                self.side_errors[index] = None;
                 if changed {
                     self.changed = Instant::now();
                 }
             }
-            Err(error) => self.complaints[index] = Some(error.to_string()),
+            Err(error) => self.side_errors[index] = Some(error.to_string()),
         }
         let other = self.sides[1 - index].as_ref().is_some_and(Side::is_measuring);
         let Some(side) = &mut self.sides[index] else { return Progress::Idle };
         if let Some(exposure) = self.state.exposure.map(f32::exp2).or(self.exposure) {
             let look = Look { exposure, range: stage.diagonal() * DEPTH_RANGE };
-            let truth = self.background.known.as_ref().map(|known| (&known.textures, known.version));
-            if side.look(gpu, &self.state.view, look, truth, renderer) {
+            let reference = self.reference.found.as_ref().map(|found| (&found.textures, found.version));
+            if side.look(gpu, &self.state.view, look, reference, renderer) {
                 self.ready = false;
                 ctx.request_repaint();
             }
         }
         let rounds = if self.benchmark { benchmark::ROUNDS } else { 1 };
-        // The first picture comes before any measurement, and one side is measured at a time.
+        // Measurements start after the first picture. Only one side is measured at a time.
         let measure = !other && self.playing.is_none() && (self.exposure.is_some() || self.state.exposure.is_some());
         side.draw(ctx, gpu, stage, moment, measure, rounds)
     }
 
-    /// Finds the exposure from the direct light of A, which no setting of a technique changes.
+    /// Determines the exposure from the direct light of side A, which does not depend on a technique's settings.
     fn expose(&mut self, subject: &Subject) {
         if let Some((of, reading)) = &self.exposure_reading {
             if let Some(texels) = reading.take() {
@@ -164,26 +165,26 @@ impl Viewer {
         }
     }
 
-    /// Holds the sides against the truth; true while a result is on its way.
-    fn judge(&mut self) -> bool {
-        let Some(known) = &self.background.known else { return false };
+    /// Compares the sides with the reference; true while a result is pending.
+    fn measure_error(&mut self) -> bool {
+        let Some(reference) = &self.reference.found else { return false };
         let mut waiting = false;
         for side in self.sides.iter_mut().flatten().filter(|side| side.is_settled()) {
             side.read_light(&self.gpu);
             match &side.light {
-                Some(light) if side.judged != known.version => {
-                    side.rel_mse = Some(known.rel_mse(light));
-                    side.judged = known.version;
+                Some(light) if side.compared_with != reference.version => {
+                    side.rel_mse = Some(reference.rel_mse(light));
+                    side.compared_with = reference.version;
                 }
                 Some(_) => {}
                 None => waiting = true,
             }
             if let (Some(milliseconds), Some(rel_mse)) = (side.times.technique(), side.rel_mse)
                 && side.is_measured()
-                && known.is_settled()
+                && reference.is_settled()
             {
-                // What the truth's own noise adds is taken off.
-                let rel_mse = (rel_mse - known.noise.unwrap_or(0.0)).max(0.0);
+                // The reference's own noise is subtracted.
+                let rel_mse = (rel_mse - reference.noise.unwrap_or(0.0)).max(0.0);
                 self.trade.add(Tried { configuration: side.configuration().clone(), milliseconds, rel_mse });
             }
         }

@@ -1,4 +1,4 @@
-//! What comes in: dropped files, what the device says, scenes to load.
+//! Input from outside: dropped files, errors of the device, scenes to load.
 
 use std::sync::PoisonError;
 
@@ -6,13 +6,15 @@ use eframe::egui;
 use halflight_scenes::Scene;
 
 use super::Viewer;
-use crate::{background::Background, plot::Trade, scenes, stage::Stage, state::DROPPED};
+#[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+use crate::side::Side;
+use crate::{plot::Trade, reference::ReferenceTracer, scenes, stage::Stage, state::DROPPED};
 
 impl Viewer {
-    /// Takes what was dropped, and what the device complained about.
+    /// Opens dropped files and shows errors of the device.
     pub(super) fn receive(&mut self, ctx: &egui::Context) {
-        let said: Vec<_> = self.said.lock().unwrap_or_else(PoisonError::into_inner).drain(..).collect();
-        said.into_iter().for_each(|sentence| self.say(sentence));
+        let errors: Vec<_> = self.device_errors.lock().unwrap_or_else(PoisonError::into_inner).drain(..).collect();
+        errors.into_iter().for_each(|sentence| self.say(sentence));
         let files = ctx.input(|i| i.raw.dropped_files.clone());
         if !files.is_empty() {
             self.read_dropped(ctx, files);
@@ -21,6 +23,36 @@ impl Viewer {
         for files in arrived {
             if let Err(sentence) = files.and_then(|files| self.open_now(files)) {
                 self.say(sentence);
+            }
+        }
+    }
+
+    /// Uses changed shaders. A shader that cannot be compiled is reported and keeps its old source.
+    #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+    pub(super) fn reload_shaders(&mut self) {
+        while let Ok(changes) = self.shader_changes.try_recv() {
+            let changes = changes.unwrap_or_else(|error| {
+                self.say(format!("shaders are not reloaded: {error}"));
+                Vec::new()
+            });
+            let mut replaced = 0;
+            for (name, source) in changes {
+                match (source, halflight_shared_shaders::shader(&name)) {
+                    (Ok(source), Some(shader)) => {
+                        self.gpu.replace_source(shader, source);
+                        replaced += 1;
+                    }
+                    (Ok(_), None) => self.say(format!("{name} is a new shader: build the program again to use it")),
+                    (Err(error), _) => self.say(error),
+                }
+            }
+            if replaced > 0 {
+                // Everything that was made with the old shaders is made again.
+                self.sides.iter_mut().filter_map(Option::take).for_each(Side::destroy);
+                self.reference = ReferenceTracer::default();
+                self.reference_done = false;
+                self.trade = Trade::default();
+                self.say(format!("{replaced} shaders were reloaded"));
             }
         }
     }
@@ -44,13 +76,13 @@ impl Viewer {
 
     #[cfg(not(target_arch = "wasm32"))]
     fn read_dropped(&mut self, _: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
-        // A single model on disk finds its materials beside itself.
+        // A single model is opened from disk, where its materials are beside it.
         if let ([file], true) = (files.as_slice(), self.host.reads_disk())
             && file.path().extension().is_some_and(|e| e.eq_ignore_ascii_case("obj") || e.eq_ignore_ascii_case("toml"))
             && !is_preset(file.bytes().as_deref().unwrap_or_default())
         {
             match halflight_scenes::load_scene(&halflight_scenes::DiskFiles, file.path()) {
-                Ok(scene) => self.take_scene(scene),
+                Ok(scene) => self.open_scene(scene),
                 Err(error) => self.say(error.to_string()),
             }
             return;
@@ -74,15 +106,15 @@ impl Viewer {
             let preset =
                 halflight_techniques::preset::Preset::read(name.as_ref(), &text).map_err(|error| error.to_string())?;
             crate::panels::apply(&mut self.state.sides[0], &preset);
-            self.say(format!("{name} was taken over for A"));
+            self.say(format!("{name} was applied to A"));
             return Ok(());
         }
         let scene = scenes::dropped(files).map_err(|error| error.to_string())?;
-        self.take_scene(scene);
+        self.open_scene(scene);
         Ok(())
     }
 
-    fn take_scene(&mut self, scene: Scene) {
+    fn open_scene(&mut self, scene: Scene) {
         self.messages.clear();
         for warning in scene.warnings.iter().take(3) {
             self.say(warning.clone());
@@ -92,12 +124,12 @@ impl Viewer {
         self.state.open(DROPPED);
     }
 
-    /// Loads the scene that the state names; false where the picture has to wait for it.
+    /// Loads the scene of the state; false while there is no scene to draw.
     pub(super) fn load(&mut self) -> bool {
         if self.loaded == self.state.scene {
             return self.stage.is_some();
         }
-        // Loading takes a while; what it waits for is on the screen before it begins.
+        // Loading blocks, so the loading message is painted first.
         if !std::mem::replace(&mut self.announced, true) {
             return false;
         }
@@ -108,7 +140,7 @@ impl Viewer {
             None => scenes::bundled(&self.state.scene),
         };
         self.sides = [None, None];
-        self.background = Background::default();
+        self.reference = ReferenceTracer::default();
         self.trade = Trade::default();
         (self.exposure, self.exposure_of, self.exposure_reading) = (None, None, None);
         (self.stage, self.playing) = (None, None);
@@ -120,7 +152,7 @@ impl Viewer {
     }
 }
 
-/// Whether a TOML file is a preset: it names a technique and no scene.
+/// Whether a TOML file is a preset: it has a key `technique`.
 fn is_preset(bytes: &[u8]) -> bool {
     String::from_utf8_lossy(bytes).lines().any(|line| line.trim_start().starts_with("technique"))
 }

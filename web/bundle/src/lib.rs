@@ -13,9 +13,13 @@ use std::{
 };
 
 use flate2::{Compression, write::GzEncoder};
+use halflight_output::{FolderError, OutputFolder};
 
 /// Files of the page itself.
 const PAGE: [&str; 3] = ["index.html", "page.css", "page.js"];
+
+/// Files that wasm-bindgen writes.
+const BOUND: [&str; 2] = ["halflight_web.js", "halflight_web_bg.wasm"];
 
 /// Bytes of a folder, as they lie and as a server sends them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,6 +28,15 @@ pub struct Size {
     pub raw: u64,
     /// Compressed with gzip, each file by itself.
     pub gzip: u64,
+}
+
+/// Checks that the files of the demo can be written to a folder, and reserves them.
+///
+/// # Errors
+/// Where the folder holds files of these names that this program did not write.
+pub fn claim(dist: &Path) -> Result<(), FolderError> {
+    let folder = OutputFolder::open(dist);
+    PAGE.iter().chain(&BOUND).try_for_each(|name| folder.claim(name).map(drop))
 }
 
 /// Builds the demo into a folder; files of the same names are replaced.

@@ -1,7 +1,8 @@
-//! A headless Chromium, spoken to through its DevTools protocol.
+//! A headless Chromium, controlled through the DevTools protocol.
 
 use std::{
     env, fs,
+    io::ErrorKind,
     net::TcpStream,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
@@ -10,10 +11,12 @@ use std::{
 };
 
 use serde_json::{Value, json};
-use tungstenite::{Message, WebSocket, stream::MaybeTlsStream};
+use tungstenite::{HandshakeError, Message, WebSocket};
 
-/// What makes Debian's Chromium run WebGPU, canvas included, on SwiftShader. With any of the graphics switches left out
-/// the device is lost at the first canvas.
+use crate::patience::Patience;
+
+/// Switches with which Debian's Chromium runs WebGPU and its canvas on SwiftShader. Without any one of the graphics
+/// switches the device is lost at the first canvas.
 const SWITCHES: [&str; 19] = [
     "--headless=new",
     "--no-sandbox",
@@ -28,7 +31,7 @@ const SWITCHES: [&str; 19] = [
     "--enable-features=Vulkan",
     "--use-vulkan=swiftshader",
     "--use-angle=swiftshader",
-    // A page in the background would be slowed down; this one is never in front.
+    // Chromium throttles pages in the background; a headless page is never in the foreground.
     "--disable-backgrounding-occluded-windows",
     "--disable-renderer-backgrounding",
     "--disable-background-timer-throttling",
@@ -37,25 +40,35 @@ const SWITCHES: [&str; 19] = [
     "--remote-debugging-port=0",
 ];
 
-/// Names under which a system may have it: those of `xtask/src/setup.rs`.
+/// Names of the program: those of `xtask/src/setup.rs`.
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
 
-/// Time after which a call or a condition has failed.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// Time between two looks at the browser's processor time.
+const TICK: Duration = Duration::from_secs(1);
 
-/// Folders of this process, numbered.
+/// Time within which Chromium's own process answers a trivial question. It needs about a millisecond of processor time.
+const ALIVE: Duration = Duration::from_secs(120);
+
+/// Time within which a starting Chromium writes another file into its profile.
+const STARTING: Duration = Duration::from_secs(60);
+
+/// Shortest and longest time between two polls of a condition. The time grows while nothing changes, so that polling
+/// does not keep an idle browser busy.
+const POLL: [Duration; 2] = [Duration::from_millis(30), Duration::from_millis(500)];
+
+/// Number of profiles of this process.
 static COUNT: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
 
 /// A browser with one page.
 pub struct Page {
     child: Child,
     profile: PathBuf,
-    socket: WebSocket<MaybeTlsStream<TcpStream>>,
+    socket: WebSocket<TcpStream>,
     session: String,
     next: u64,
-    /// Addresses that the page asked for.
+    /// Addresses that the page requested.
     pub requests: Vec<String>,
-    /// What the page's console and exceptions said.
+    /// Messages of the console and exceptions.
     pub console: Vec<String>,
 }
 
@@ -74,8 +87,8 @@ fn find() -> PathBuf {
     let path = env::var_os("PATH").unwrap_or_default();
     let found = NAMES.iter().flat_map(|name| env::split_paths(&path).map(move |folder| folder.join(name)));
     found.into_iter().find(|path| path.is_file()).expect(
-        "no Chromium on the PATH: `cargo xtask test` installs it on Debian and Ubuntu as root; elsewhere install it or \
-         set HALFLIGHT_CHROMIUM to its path",
+        "Chromium is not on the PATH: `cargo xtask test` installs it on Debian and Ubuntu as root; elsewhere install it \
+         or set HALFLIGHT_CHROMIUM to its path",
     )
 }
 
@@ -85,10 +98,10 @@ impl Page {
         let number = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let profile = env::temp_dir().join(format!("halflight-browser-{}-{number}", std::process::id()));
         let _ = fs::remove_dir_all(&profile);
-        let child = Command::new(find())
+        let mut child = Command::new(find())
             .args(SWITCHES)
             .arg(format!("--user-data-dir={}", profile.display()))
-            // As the browser's zoom and dense screens do; an emulated scale would not reach the canvas.
+            // The same as the browser's zoom and high-density screens; an emulated scale does not reach the canvas.
             .arg(format!("--force-device-scale-factor={scale}"))
             .arg("about:blank")
             .stdout(Stdio::null())
@@ -96,19 +109,22 @@ impl Page {
             .spawn()
             .expect("Chromium starts");
         let file = profile.join("DevToolsActivePort");
-        let start = Instant::now();
+        let (mut written, mut grown) = (0, Instant::now());
         let (port, path) = loop {
             let text = fs::read_to_string(&file).unwrap_or_default();
             if let Some((port, path)) = text.split_once('\n').filter(|(_, path)| !path.is_empty()) {
                 break (port.to_owned(), path.trim().to_owned());
             }
-            assert!(start.elapsed() < PATIENCE, "Chromium opens no DevTools port");
-            thread::sleep(Duration::from_millis(50));
+            let ended = child.try_wait().expect("the state of a child");
+            assert!(ended.is_none(), "Chromium ended while it started: {ended:?}");
+            let now = files_under(&profile);
+            if now != written {
+                (written, grown) = (now, Instant::now());
+            }
+            assert!(grown.elapsed() < STARTING, "Chromium does not start: it opens no DevTools port");
+            thread::sleep(POLL[0]);
         };
-        let (socket, _) = tungstenite::connect(format!("ws://127.0.0.1:{port}{path}")).expect("DevTools answers");
-        if let MaybeTlsStream::Plain(stream) = socket.get_ref() {
-            stream.set_read_timeout(Some(PATIENCE)).expect("a socket with a timeout");
-        }
+        let socket = connect(&port, &path);
         let (requests, console) = (Vec::new(), Vec::new());
         let mut page = Self { child, profile, socket, session: String::new(), next: 0, requests, console };
         let target = page.call("Target.createTarget", json!({ "url": "about:blank" }));
@@ -123,24 +139,69 @@ impl Page {
         page
     }
 
-    /// Calls a method of the protocol.
-    pub fn call(&mut self, method: &str, params: Value) -> Value {
+    /// Sends a call of a method, to the page's session if there is one, and returns its number.
+    fn send(&mut self, session: &str, method: &str, params: &Value) -> u64 {
         self.next += 1;
-        let id = self.next;
-        let mut message = json!({ "id": id, "method": method, "params": params });
-        if !self.session.is_empty() {
-            message["sessionId"] = self.session.clone().into();
+        let mut message = json!({ "id": self.next, "method": method, "params": params });
+        if !session.is_empty() {
+            message["sessionId"] = session.into();
         }
-        self.socket.send(Message::text(message.to_string())).expect("Chromium listens");
+        self.socket.send(Message::text(message.to_string())).expect("Chromium accepts messages");
+        self.next
+    }
+
+    /// The next message; `None` if there is none within a tick.
+    fn receive(&mut self) -> Option<Value> {
+        match self.socket.read() {
+            Ok(Message::Text(text)) => Some(serde_json::from_str(&text).expect("the protocol is JSON")),
+            Ok(_) => None,
+            Err(tungstenite::Error::Io(error)) if is_timeout(&error) => None,
+            Err(error) => panic!("Chromium ended the connection ({error})"),
+        }
+    }
+
+    /// Calls a method of the protocol in the page. Waits for its result while the browser works.
+    pub fn call(&mut self, method: &str, params: Value) -> Value {
+        let id = self.send(&self.session.clone(), method, &params);
+        let mut patience = Patience::new();
+        let mut asked = Instant::now();
+        // The number of a pending question for the processor time.
+        let mut question = None;
         loop {
-            let message = self.socket.read().unwrap_or_else(|e| panic!("{method}: Chromium does not answer ({e})"));
-            let Message::Text(text) = message else { continue };
-            let mut message: Value = serde_json::from_str(&text).expect("the protocol is JSON");
-            if message["id"] == id {
-                assert!(message["error"].is_null(), "{method}: {}", message["error"]);
-                return message["result"].take();
+            let message = self.receive();
+            match (message, question) {
+                (Some(mut message), _) if message["id"] == id => {
+                    assert!(message["error"].is_null(), "{method}: {}", message["error"]);
+                    return message["result"].take();
+                }
+                (Some(message), Some(number)) if message["id"] == number => {
+                    question = None;
+                    if let Err(reason) = patience.check(processor_time(&message["result"]), Instant::now()) {
+                        panic!("{method} has no result: {reason}; console {:?}", self.console);
+                    }
+                }
+                (Some(message), _) => self.hear(&message),
+                (None, _) => {}
             }
-            self.hear(&message);
+            if question.is_none() && asked.elapsed() > TICK {
+                // The browser's process answers this, also while the page is blocked.
+                question = Some(self.send("", "SystemInfo.getProcessInfo", &json!({})));
+                asked = Instant::now();
+            }
+            assert!(asked.elapsed() < ALIVE, "{method}: Chromium does not answer");
+        }
+    }
+
+    /// Processor time that all processes of the browser have used, seconds.
+    fn processor_time(&mut self) -> f64 {
+        let id = self.send("", "SystemInfo.getProcessInfo", &json!({}));
+        let asked = Instant::now();
+        loop {
+            match self.receive() {
+                Some(message) if message["id"] == id => return processor_time(&message["result"]),
+                Some(message) => self.hear(&message),
+                None => assert!(asked.elapsed() < ALIVE, "Chromium does not answer"),
+            }
         }
     }
 
@@ -163,7 +224,7 @@ impl Page {
         assert!(answer["errorText"].is_null(), "{url}: {answer}");
     }
 
-    /// The value of an expression; promises are waited for.
+    /// The value of an expression, or of its promise.
     pub fn evaluate(&mut self, expression: &str) -> Value {
         let params = json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
         let mut answer = self.call("Runtime.evaluate", params);
@@ -171,38 +232,56 @@ impl Page {
         answer["result"]["value"].take()
     }
 
-    /// What the viewer knows of itself; null before it runs.
+    /// The report of the viewer; null before it runs.
     pub fn report(&mut self) -> Value {
         let text = self.evaluate("window.halflight ? window.halflight.report() : ''");
         serde_json::from_str(text.as_str().unwrap_or_default()).unwrap_or(Value::Null)
     }
 
-    /// Waits until a report is as wanted, and returns it.
+    /// Waits until a report is as wanted, and returns it. Fails when the browser stops working or works for too long.
     pub fn wait(&mut self, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
-        let start = Instant::now();
-        loop {
-            let report = self.report();
-            if !report.is_null() && wanted(&report) {
-                return report;
-            }
-            if start.elapsed() > PATIENCE {
-                let text = self.evaluate("document.getElementById('message').hidden || document.body.innerText");
-                panic!("{what} never came; page {text}, console {:?}, report {report}", self.console);
-            }
-            thread::sleep(Duration::from_millis(30));
-        }
+        self.poll(what, Self::report, |report| !report.is_null() && wanted(report))
     }
 
-    /// Waits until an expression is true.
+    /// Waits until an expression is true. Fails when the browser stops working or works for too long.
     pub fn wait_for(&mut self, expression: &str) {
-        let start = Instant::now();
-        while self.evaluate(expression) != true {
-            assert!(start.elapsed() < PATIENCE, "never true: {expression}; console {:?}", self.console);
-            thread::sleep(Duration::from_millis(30));
+        self.poll(expression, |page| page.evaluate(expression), |value| *value == true);
+    }
+
+    /// Polls until a value is as wanted, and returns it.
+    fn poll(&mut self, what: &str, value: impl Fn(&mut Self) -> Value, wanted: impl Fn(&Value) -> bool) -> Value {
+        let (mut patience, mut looked) = (Patience::new(), Instant::now());
+        let (mut last, mut pause) = (Value::Null, POLL[0]);
+        loop {
+            let now = value(self);
+            if wanted(&now) {
+                return now;
+            }
+            if now == last {
+                pause = (pause * 2).min(POLL[1]);
+            } else {
+                patience.progress();
+                (last, pause) = (now, POLL[0]);
+            }
+            if looked.elapsed() > TICK {
+                looked = Instant::now();
+                let used = self.processor_time();
+                if let Err(reason) = patience.check(used, looked) {
+                    let text = self.evaluate("document.getElementById('message')?.hidden || document.body?.innerText");
+                    panic!("waiting for {what}: {reason}; page {text}, console {:?}, last value {last}", self.console);
+                }
+            }
+            thread::sleep(pause);
         }
     }
 
-    /// Drags from one place to another in a few steps, CSS pixels.
+    /// Waits until the page has painted a frame after everything sent so far: the viewer reads its input once per frame.
+    fn frame(&mut self) {
+        // The first callback may belong to a frame that had already begun.
+        self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))");
+    }
+
+    /// Drags from one position to another in a few steps, CSS pixels.
     pub fn drag(&mut self, from: [f64; 2], to: [f64; 2]) {
         let mouse = |kind: &str, [x, y]: [f64; 2], buttons: u32| json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
         self.call("Input.dispatchMouseEvent", mouse("mouseMoved", from, 0));
@@ -210,10 +289,10 @@ impl Page {
         for step in 1..=5 {
             let at = [0, 1].map(|i| from[i] + (to[i] - from[i]) * f64::from(step) / 5.0);
             self.call("Input.dispatchMouseEvent", mouse("mouseMoved", at, 1));
-            // The viewer reads the pointer once a frame.
-            thread::sleep(Duration::from_millis(40));
+            self.frame();
         }
         self.call("Input.dispatchMouseEvent", mouse("mouseReleased", to, 0));
+        self.frame();
     }
 
     /// Clicks.
@@ -226,11 +305,11 @@ impl Page {
         for kind in ["keyDown", "keyUp"] {
             let key = json!({ "type": kind, "key": name, "code": name, "windowsVirtualKeyCode": code });
             self.call("Input.dispatchKeyEvent", key);
-            thread::sleep(Duration::from_millis(40));
+            self.frame();
         }
     }
 
-    /// Drops files, each a name and its text, onto the canvas.
+    /// Drops files onto the canvas, each a name and its text.
     pub fn drop_files(&mut self, files: &[(&str, &str)]) {
         let list = json!(files);
         self.evaluate(&format!(
@@ -243,32 +322,55 @@ impl Page {
         ));
     }
 
-    /// A screenshot, kept under this name, decoded.
+    /// Takes a screenshot and saves it under this name.
     pub fn screenshot(&mut self, folder: &Path, name: &str) -> image::RgbImage {
         let answer = self.call("Page.captureScreenshot", json!({ "format": "png" }));
-        let bytes = decode_base64(answer["data"].as_str().expect("a picture"));
+        let bytes = base64(answer["data"].as_str().expect("a picture"));
         fs::create_dir_all(folder).expect("a folder for screenshots");
-        fs::write(folder.join(format!("{name}.png")), &bytes).expect("a place for screenshots");
+        fs::write(folder.join(format!("{name}.png")), &bytes).expect("a screenshot can be saved");
         image::load_from_memory(&bytes).expect("a PNG").to_rgb8()
     }
 }
 
-/// Bytes of base64 text (RFC 4648), as the protocol sends pictures.
-pub fn decode_base64(text: &str) -> Vec<u8> {
-    let digit = |c: u8| match c {
-        b'A'..=b'Z' => Some(c - b'A'),
-        b'a'..=b'z' => Some(c - b'a' + 26),
-        b'0'..=b'9' => Some(c - b'0' + 52),
-        b'+' => Some(62),
-        b'/' => Some(63),
-        _ => None,
+/// Number and size of the files under a folder, added up: it changes while files are written.
+fn files_under(folder: &Path) -> u64 {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let size = |entry: fs::DirEntry| match entry.metadata() {
+        Ok(file) if file.is_dir() => files_under(&entry.path()),
+        Ok(file) => 1 + file.len(),
+        Err(_) => 0,
     };
-    let digits: Vec<u32> = text.bytes().filter_map(digit).map(u32::from).collect();
-    digits
-        .chunks(4)
-        .flat_map(|four| {
-            let word = four.iter().enumerate().fold(0, |word, (i, digit)| word | digit << (18 - 6 * i));
-            word.to_be_bytes()[1..four.len()].to_vec()
-        })
-        .collect()
+    entries.map(size).sum()
+}
+
+/// Opens the connection to the DevTools of a browser.
+fn connect(port: &str, path: &str) -> WebSocket<TcpStream> {
+    let stream = TcpStream::connect(format!("127.0.0.1:{port}")).expect("DevTools accepts connections");
+    stream.set_read_timeout(Some(TICK)).expect("a socket with a timeout");
+    let start = Instant::now();
+    let mut handshake = tungstenite::client(format!("ws://127.0.0.1:{port}{path}"), stream);
+    loop {
+        match handshake {
+            Ok((socket, _)) => return socket,
+            Err(HandshakeError::Interrupted(unfinished)) if start.elapsed() < ALIVE => {
+                handshake = unfinished.handshake()
+            }
+            Err(error) => panic!("DevTools does not answer ({error})"),
+        }
+    }
+}
+
+fn is_timeout(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
+}
+
+/// The sum of an answer to `SystemInfo.getProcessInfo`, seconds.
+fn processor_time(answer: &Value) -> f64 {
+    let processes = answer["processInfo"].as_array().map(Vec::as_slice).unwrap_or_default();
+    processes.iter().filter_map(|process| process["cpuTime"].as_f64()).sum()
+}
+
+/// Bytes of base64 text, as the protocol sends pictures.
+pub fn base64(text: &str) -> Vec<u8> {
+    data_encoding::BASE64.decode(text.as_bytes()).expect("valid base64")
 }

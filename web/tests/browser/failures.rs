@@ -1,20 +1,20 @@
-//! What the page says when something is wrong, and how it goes on.
+//! Error messages of the page, and recovery.
 
-use crate::{alone, cut, demo, difference, open, place, settled, spread, target};
+use crate::{alone, cut, demo, difference, open, rect, settled, spread, target};
 
 const OBJ: &str = "mtllib room.mtl\nusemtl floor\nv -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nf 4 3 2 1\n\
                    usemtl wall\nv -2 2 -2\nv 2 2 -2\nf 1 2 6 5\n";
 const MTL: &str = "newmtl floor\nKd 0.8 0.8 0.8\nnewmtl wall\nKd 0.8 0.2 0.1\n";
 
 #[test]
-fn a_model_is_dropped_and_a_broken_one_is_explained() {
+fn a_model_can_be_dropped_and_a_broken_one_is_reported() {
     let _alone = alone();
     let mut page = open("scene=cornell&size=320x180&truth=off");
     page.wait("Cornell", settled);
     page.drop_files(&[("room.obj", OBJ), ("room.mtl", MTL)]);
     let report = page.wait("the dropped room", |r| settled(r) && r["scene"] == "room");
     assert_eq!(report["messages"], serde_json::json!([]));
-    let room = cut(&page.screenshot(&target(), "dropped"), place(&report, "picture"));
+    let room = cut(&page.screenshot(&target(), "dropped"), rect(&report, "picture"));
     assert!(spread(&room).1 > 5.0, "the dropped room is blank");
 
     page.drop_files(&[("broken.obj", "v 0 0 0\nv 1 0 0\nf 1 2 9\n")]);
@@ -22,12 +22,12 @@ fn a_model_is_dropped_and_a_broken_one_is_explained() {
     let sentence = report["messages"][0].as_str().unwrap().to_owned();
     println!("broken.obj: {sentence}");
     assert!(sentence.starts_with("broken.obj:3"), "{sentence}");
-    // The room is still there.
+    // The earlier scene is still shown.
     assert_eq!(report["scene"], "room");
     page.screenshot(&target(), "broken-model");
 
     page.drop_files(&[("holiday.png", "")]);
-    page.wait("the other message", |r| r["messages"].to_string().contains("no .obj and no .toml"));
+    page.wait("another message", |r| r["messages"].to_string().contains("no .obj and no .toml"));
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn a_lost_device_comes_back() {
     let _alone = alone();
     let mut page = open("scene=cornell&size=320x180&truth=off&a.hierarchical.samples=16");
     let report = page.wait("Cornell", settled);
-    let before = cut(&page.screenshot(&target(), "before-loss"), place(&report, "picture"));
+    let before = cut(&page.screenshot(&target(), "before-loss"), rect(&report, "picture"));
     page.evaluate("halflight.lose_device()");
     page.wait_for("!document.getElementById('message').hidden");
     let text = page.evaluate("document.body.innerText");
@@ -44,15 +44,15 @@ fn a_lost_device_comes_back() {
     page.wait_for("document.getElementById('message').hidden");
     let report = page.wait("Cornell again", settled);
     assert!(report["address"].as_str().unwrap().contains("a.hierarchical.samples=16"), "{report}");
-    let after = cut(&page.screenshot(&target(), "after-loss"), place(&report, "picture"));
+    let after = cut(&page.screenshot(&target(), "after-loss"), rect(&report, "picture"));
     let body = |picture: &image::RgbImage| {
         cut(picture, [0.0, 0.0, f64::from(picture.width()), f64::from(picture.height()) - 60.0])
     };
-    assert!(difference(&body(&before), &body(&after)) < 0.05, "another picture after the loss");
+    assert!(difference(&body(&before), &body(&after)) < 0.05, "the picture differs after the loss");
 }
 
 #[test]
-fn browsers_without_webgpu_are_told_what_to_do() {
+fn a_browser_without_webgpu_gets_instructions() {
     let _alone = alone();
     for (name, script, wanted) in [
         (

@@ -1,12 +1,14 @@
-//! The browser demo in a real browser: headless Chromium, WebGPU on SwiftShader. Screenshots are kept in
-//! `target/browser`, to be looked at.
+//! The browser demo in a real browser: headless Chromium, WebGPU on SwiftShader. Screenshots are saved in
+//! `target/browser`.
 #![allow(clippy::unwrap_used)]
+#![allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 
 mod chromium;
+mod controls;
 mod failures;
+mod patience;
 mod pictures;
 mod speed;
-mod use_of_it;
 
 use std::{
     net::SocketAddr,
@@ -19,7 +21,7 @@ use serde_json::Value;
 /// Size of the page in most tests, CSS pixels.
 const SIZE: [u32; 2] = [1180, 720];
 
-/// One browser at a time: two would share the processor and time each other.
+/// Runs one browser at a time, because two would disturb each other's times.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
@@ -29,52 +31,52 @@ fn target() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("..").join("browser")
 }
 
-/// The demo, built as `cargo xtask web` builds it and served; the address of its page.
+/// Builds the demo as `cargo xtask web` does, serves it, and returns the address of its page.
 fn demo() -> String {
     static DEMO: OnceLock<SocketAddr> = OnceLock::new();
     let address = DEMO.get_or_init(|| {
         let dist = target().join("dist");
         let size = halflight_bundle::build(&dist).unwrap();
         println!("bundle: {:.2} MB, {:.2} MB compressed", size.raw as f64 / 1e6, size.gzip as f64 / 1e6);
-        // What a page may weigh before people on telephones turn away.
+        // The largest download that is acceptable on a phone.
         assert!(size.gzip < 5_000_000, "the compressed bundle has {} bytes", size.gzip);
         halflight_bundle::serve(&dist, 0).unwrap()
     });
     format!("http://{address}/")
 }
 
-/// A page that shows this state.
+/// Opens a page with this state.
 fn open(state: &str) -> chromium::Page {
     let mut page = chromium::Page::open(SIZE, 1.0);
     page.go(&format!("{}#{state}", demo()));
     page
 }
 
-/// Whether every side is drawn and nothing is left to do but the truth.
+/// Whether the picture of every side is complete.
 fn settled(report: &Value) -> bool {
     let sides = report["sides"].as_array().map(Vec::as_slice).unwrap_or_default();
     report["settled"] == true && !sides.is_empty() && sides.iter().all(|side| side["drawn"] == true)
 }
 
-/// Place of a control: its left, top, width and height.
-fn place(report: &Value, mark: &str) -> [f64; 4] {
+/// Left, top, width and height of a control.
+fn rect(report: &Value, mark: &str) -> [f64; 4] {
     let numbers = report["marks"][mark].as_array().unwrap_or_else(|| panic!("{mark} is not on the page: {report}"));
     std::array::from_fn(|i| numbers[i].as_f64().unwrap())
 }
 
 /// Centre of a control.
 fn centre(report: &Value, mark: &str) -> [f64; 2] {
-    let [x, y, w, h] = place(report, mark);
+    let [x, y, w, h] = rect(report, mark);
     [x + w / 2.0, y + h / 2.0]
 }
 
-/// The picture's part of a screenshot.
+/// The part of a screenshot inside a rectangle.
 fn cut(shot: &image::RgbImage, [x, y, w, h]: [f64; 4]) -> image::RgbImage {
     let round = |v: f64| v.round() as u32;
     image::imageops::crop_imm(shot, round(x), round(y), round(w), round(h)).to_image()
 }
 
-/// Mean of the absolute difference of two pictures, 0..255.
+/// Mean absolute difference of two pictures, 0..255.
 fn difference(a: &image::RgbImage, b: &image::RgbImage) -> f64 {
     assert_eq!(a.dimensions(), b.dimensions());
     let sum: u64 = a.as_raw().iter().zip(b.as_raw()).map(|(&a, &b)| u64::from(a.abs_diff(b))).sum();

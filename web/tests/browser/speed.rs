@@ -1,12 +1,12 @@
-//! How fast the page is on SwiftShader. Times are printed beside what they should be and never fail a test: a busy
-//! computer is no defect.
+//! Speed of the page on SwiftShader. Times are printed with their targets and never fail a test, because they depend on
+//! the load of the computer.
 
 use crate::{alone, open, settled};
 
 #[test]
 fn the_first_picture_comes_soon() {
     let _alone = alone();
-    // The demo is built before the clock runs.
+    // Build the demo before the measurement.
     crate::demo();
     let mut best = f64::MAX;
     for _ in 0..3 {
@@ -15,8 +15,8 @@ fn the_first_picture_comes_soon() {
         let ms = page.evaluate("window.halflightFirstPicture").as_f64().unwrap();
         best = best.min(ms);
     }
-    // The best of three: other programs of the computer only ever add to it.
-    println!("first picture of Cornell at 640x360: {best:.0} ms after the page was opened (wanted: 3000)");
+    // The best of three, because other programs only add to it.
+    println!("first picture of Cornell at 640x360: {best:.0} ms after the page was opened (target: 3000)");
 }
 
 #[test]
@@ -39,7 +39,7 @@ fn the_benchmark_page_prints_medians() {
         );
     }
     let whole = side["technique_ms"].as_f64().unwrap();
-    println!("{:<27} {whole:>8.2} ms (wanted: 250)", "whole technique");
+    println!("{:<27} {whole:>8.2} ms (target: 250)", "whole technique");
     page.screenshot(&crate::target(), "benchmark");
     assert!(whole > 0.0, "the page measured nothing");
 }

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::generators::build::{Builder, Chance, Pen};
 
-/// How the curtain of an arch hangs.
+/// The state of a curtain.
 #[derive(Clone, Copy, PartialEq)]
 enum Hang {
     /// Drawn across the whole arch.
@@ -27,7 +27,7 @@ const BLUE: usize = 1;
 const GREEN: usize = 2;
 const SAFFRON: usize = 3;
 
-/// Bay along +x in the world, dye and manner of each curtain.
+/// Bay along world +x, dye and state of each curtain.
 const SHADED_SIDE: &[(usize, usize, Hang)] = &[
     (0, BLUE, Tied(-1.0)),
     (1, GREEN, Full),
@@ -52,7 +52,7 @@ const FAR_END: &[(usize, usize, Hang)] = &[(0, GREEN, Parted), (1, RED, Parted),
 
 /// The cloth of one side.
 pub fn side(b: &mut Builder, palette: &Palette, side: &Side) {
-    // Sides are told apart by where their frame stands; bays on the sunlit side run against +x.
+    // A side is identified by the position of its frame. Bays on the sunlit side are numbered against +x.
     let sunlit = side.long && side.frame.translation.z > 0.0;
     let far = !side.long && side.frame.translation.x > 0.0;
     let curtains = match (side.long, sunlit, far) {
@@ -105,7 +105,7 @@ fn curtain(pen: &mut Pen<'_>, x: [f32; 2], tied: bool, seed: u32) {
         let depth = (0.030 + 0.035 * t) * (1.0 - 0.35 * (1.0 - gathered));
         let wave = TAU * folds * (s + 0.03 * (TAU * s * 1.3 + phase + 1.5 * t).sin()) + phase;
         let across = s * gathered + (if tied { 0.0 } else { sway * t });
-        // The free part of a tied curtain sags towards its tie.
+        // The free part of a tied curtain hangs towards its tie.
         let sag = if tied { 0.10 * s * (1.0 - gathered) * (1.0 - t) } else { 0.015 * (wave * 0.5).sin() * t };
         let position = vec3(
             x[0] + (x[1] - x[0]) * across,
@@ -116,7 +116,7 @@ fn curtain(pen: &mut Pen<'_>, x: [f32; 2], tied: bool, seed: u32) {
     });
 }
 
-/// A banner in front of the spandrel above the column at `x`, pointed at its foot, on a rod of its own.
+/// A banner on its own rod, in front of the spandrel above the column at `x`, with a pointed end.
 fn banner(b: &mut Builder, palette: &Palette, dye: usize, x: f32) {
     let (top, z, half) = (UPPER + 0.72, 0.27, 0.46);
     b.on(palette.bronze).tube(&[vec3(x - half - 0.09, top, z), vec3(x + half + 0.09, top, z)], 0.016, 8);
@@ -140,7 +140,7 @@ fn flag(pen: &mut Pen<'_>, x: f32, seed: u32) {
     pen.sheet(14, 12, |s, t| {
         let hung = low.lerp(high, s);
         let wave = t * (0.09 * (TAU * (0.9 * s + 0.5 * t) + phase).sin() + 0.03 * (TAU * 2.3 * s + phase).sin());
-        // Weight draws the foot of the flag together.
+        // Gravity narrows the lower end of the flag.
         let drawn = Vec3::Z * (0.16 * t * t * (0.5 - s));
         (hung + drawn + vec3(wave, -1.25 * t - 0.12 * t * (1.0 - s), 0.0), vec2(s, t))
     });
@@ -163,7 +163,7 @@ fn rug(pen: &mut Pen<'_>, centre: Vec2, size: Vec2) {
         corner(0.5, -0.5, thickness),
         corner(-0.5, -0.5, thickness),
     ];
-    // The texture's long axis runs along x.
+    // The texture's long axis is along x.
     let uvs = [vec2(0.0, 0.0), vec2(0.0, 1.0), vec2(1.0, 1.0), vec2(1.0, 0.0)];
     pen.quad_uv(top, uvs);
     for i in 0..4 {

@@ -1,4 +1,4 @@
-//! Railings, rods, lanterns, vases and the fountain: the thin and the turned.
+//! Railings, rods, lanterns, vases and the fountain.
 
 use std::f32::consts::TAU;
 
@@ -9,10 +9,10 @@ use crate::generators::build::{Builder, Pen, Profile};
 
 /// Height of the curtain rods, metres.
 pub const ROD: f32 = SPRING - 0.16;
-/// Where the railing of the upper gallery stands, in the local z of a side, metres.
+/// Position of the upper gallery's railing in the local z of a side, metres.
 pub const RAIL: f32 = -0.2;
 
-/// The thin things of one side: tie rods, railing, lamps and flag poles.
+/// The thin parts of one side: tie rods, railing, lamps and flag poles.
 pub fn side(b: &mut Builder, palette: &Palette, side: &Side) {
     let mut iron = b.on(palette.iron);
     for i in 0..side.bays {
@@ -89,7 +89,7 @@ fn flag_pole(b: &mut Builder, palette: &Palette, x: f32) {
     b.on(palette.iron).tube(&[vec3(x, UPPER - 0.34, -0.05), foot.lerp(head, 0.35)], 0.009, 5);
 }
 
-/// What stands in the court itself.
+/// The furniture of the court itself.
 pub fn court(b: &mut Builder, palette: &Palette) {
     fountain(b, palette, vec3(0.6, 0.0, 0.1));
     for (foot, scale, glazed) in pots() {
@@ -127,7 +127,7 @@ pub fn court(b: &mut Builder, palette: &Palette) {
     }
 }
 
-/// Where potted plants stand: foot, scale, and whether the pot is terracotta.
+/// Positions of potted plants: foot, scale, and whether the pot is terracotta.
 pub fn pots() -> Vec<(Vec3, f32, bool)> {
     let z = HALF[1] - 0.78;
     let mut pots = vec![];

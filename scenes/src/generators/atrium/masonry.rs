@@ -1,4 +1,4 @@
-//! What is built of stone, brick, timber and tile.
+//! The parts of stone, brick, timber and tile.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -7,17 +7,17 @@ use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A, vec2, vec3};
 use super::{ARCH, BAY, DEPTH, EAVE, HALF, Palette, SPRING, STEP, Side, UPPER, WALL};
 use crate::generators::build::{BEHIND, BELOW, Builder, LEFT, MaterialId, Pen, Profile, RIGHT, placed};
 
-/// Radius of the upper arches, two to a bay, metres.
+/// Radius of the upper arches, two per bay, metres.
 const UPPER_ARCH: f32 = 0.505;
 /// Height at which the upper arches begin, metres.
 const UPPER_SPRING: f32 = 7.2;
 /// Thickness of the upper arcade's wall, metres.
 const UPPER_WALL: f32 = 0.36;
-/// Where the vaults of the lower galleries begin, and their rise, metres.
+/// Height at which the vaults of the lower galleries begin, and their rise, metres.
 const VAULT: [f32; 2] = [3.62, 1.18];
 /// Inner face of the outer wall in the local z of a side, metres.
 const OUTER: f32 = -WALL - DEPTH;
-/// How far the roof reaches into the court, metres.
+/// Overhang of the roof into the court, metres.
 const OVERHANG: f32 = 0.42;
 
 /// One side of the court with its galleries.
@@ -30,7 +30,7 @@ pub fn side(b: &mut Builder, palette: &Palette, side: &Side) {
     roof(b, palette, side);
 }
 
-/// The bell tower that closes the view beyond the far end.
+/// The bell tower beyond the far end.
 pub fn tower(b: &mut Builder, palette: &Palette) {
     const SIZE: f32 = 6.0;
     const BELFRY: [f32; 3] = [14.2, 16.0, 18.0];
@@ -111,7 +111,7 @@ struct ArchedWall {
 impl ArchedWall {
     fn draw(&self, b: &mut Builder, wall: MaterialId, voussoirs: MaterialId) {
         let (r, [spring, top]) = (self.radius, self.y);
-        // The wall's edge hides under the ring, which stands proud of both faces.
+        // The ring projects from both faces and covers the wall's edge.
         let cut = r + 0.5 * self.ring;
         for i in 0..self.count {
             let centre = (i as f32 + 0.5) * self.pitch;
@@ -183,11 +183,11 @@ fn lower_arcade(b: &mut Builder, palette: &Palette, side: &Side) {
         [-0.05, 0.0],
     ]);
     b.on(palette.marble).moulding(&string, [0.0, side.length()], UPPER, 0.0, 1.0);
-    // Slab between the storeys, its top a hair under the string course's.
+    // Slab between the storeys, its top slightly under that of the string course.
     ring(&mut b.on(palette.gallery_tiles), side, ENDS | BEHIND, [UPPER - 0.3, UPPER - 0.004], [OUTER - 0.2, -0.02]);
 }
 
-/// A fluted column with an attic base and two tiers of leaves; `foot` is the middle of its plinth.
+/// A fluted column with an attic base and two tiers of leaves; `foot` is the centre of its plinth.
 fn column(b: &mut Builder, palette: &Palette, foot: Vec3) {
     let mut pen = b.on(palette.marble);
     let block = |pen: &mut Pen<'_>, half: f32, y: [f32; 2]| {
@@ -217,7 +217,7 @@ fn column(b: &mut Builder, palette: &Palette, foot: Vec3) {
     pen.sheet(FLUTES * 4, 6, |s, t| {
         let angle = -s * TAU;
         let girth = 0.255 - 0.035 * t * t;
-        // Arrises between the flutes; the flutes run out at both ends.
+        // Arrises between the flutes; the flutes fade out at both ends.
         let depth = 0.022 * (t * 14.0).min((1.0 - t) * 14.0).min(1.0);
         let r = girth - depth * (0.5 - 0.5 * (angle * FLUTES as f32).cos()).sqrt();
         (foot + vec3(r * angle.cos(), 0.43 + 2.17 * t, r * angle.sin()), vec2(s * 1.5, -2.2 * t))
@@ -246,7 +246,7 @@ fn column(b: &mut Builder, palette: &Palette, foot: Vec3) {
     block(&mut pen, 0.38, [SPRING - STEP - 0.07, SPRING - STEP + 0.005]);
 }
 
-/// One leaf of a capital: it hugs the bell, then curls outwards.
+/// One leaf of a capital: it follows the bell, then curls outwards.
 fn acanthus(pen: &mut Pen<'_>, foot: Vec3, turn: f32, rise: f32, curl: f32) {
     let (sin, cos) = turn.sin_cos();
     let (outward, across) = (vec3(cos, 0.0, sin), vec3(sin, 0.0, -cos));
@@ -318,7 +318,7 @@ fn upper_arcade(b: &mut Builder, palette: &Palette, side: &Side) {
     b.on(palette.marble).moulding(&cornice, [0.0, side.length()], EAVE, -0.04, 1.0);
 }
 
-/// The pier at this side's left corner: an L of two boxes, proud of both walls, through both storeys.
+/// The pier at this side's left corner: an L of two boxes that projects from both walls, through both storeys.
 fn corner_pier(b: &mut Builder, palette: &Palette) {
     let mut pen = b.on(palette.ashlar);
     let out = 0.03;
@@ -339,7 +339,7 @@ fn vaults(b: &mut Builder, palette: &Palette, side: &Side) {
         groin(&mut b.on(palette.plaster), vec2((i as f32 + 0.5) * BAY, middle));
     }
     groin(&mut b.on(palette.plaster), vec2(middle, middle));
-    // Between a corner's vault and the first bay lies a strip as wide as the wall.
+    // There is a strip as wide as the wall between a corner's vault and the first bay.
     for x in [[-WALL, 0.0], [side.length(), side.length() + WALL]] {
         rib(&mut b.on(palette.ashlar), x, 0.0);
     }
@@ -360,7 +360,7 @@ fn groin(pen: &mut Pen<'_>, centre: Vec2) {
         pen.sheet(16, 3, |s, t| {
             let angle = (2.0 * s - 1.0) * FRAC_PI_2;
             let x = angle.sin();
-            // Past the edge by a hair, into the walls, so that no light passes between.
+            // Slightly beyond the edge into the walls, so that no light leaks between them.
             let z = x.abs() + (1.004 - x.abs()) * t;
             let p = 0.5 * BAY * vec2(x * ax - z * az, x * az + z * ax);
             let y = spring + rise * angle.cos();
@@ -408,7 +408,7 @@ fn pilaster(b: &mut Builder, palette: &Palette, x: f32, half: f32) {
 fn shell(b: &mut Builder, palette: &Palette, side: &Side) {
     let ends = if side.long { 0 } else { ENDS };
     ring(&mut b.on(palette.brick), side, ends, [-0.3, EAVE + 1.6], [OUTER - 0.35, OUTER]);
-    // Gallery floors stand one step above the court and carry the columns.
+    // Gallery floors are one step above the court and carry the columns.
     let buried = ENDS | BEHIND | BELOW;
     ring(&mut b.on(palette.gallery_tiles), side, buried, [-0.25, STEP], [OUTER - 0.1, 0.34]);
     // Wainscot of dressed stone with a moulded rail.
@@ -423,17 +423,17 @@ fn shell(b: &mut Builder, palette: &Palette, side: &Side) {
     }
 }
 
-/// Both ends of a ring, where they are buried in the outer wall or in the ring's next side.
+/// Both ends of a ring, which are inside the outer wall or the ring's next side.
 const ENDS: u8 = LEFT | RIGHT;
 
-/// One side of a ring about the court between two heights and two distances: `z` back and front.
-/// Long sides reach around the corners, short ones fit between their fronts.
+/// One side of a ring around the court between two heights and two distances (`z`: back and front). Long sides extend
+/// around the corners; short sides fit between them.
 fn ring(pen: &mut Pen<'_>, side: &Side, hidden: u8, y: [f32; 2], z: [f32; 2]) {
     let reach = if side.long { -z[0] } else { -z[1] };
     pen.block_without(hidden, vec3(-reach, y[0], z[0]), vec3(side.length() + reach, y[1], z[1]));
 }
 
-/// The tiled roof that falls towards the court, with the rafters that carry its eave.
+/// The tiled roof that slopes towards the court, with the rafters of its eave.
 fn roof(b: &mut Builder, palette: &Palette, side: &Side) {
     let (ridge, length) = (OUTER - 0.2, side.length());
     let mut wood = b.on(palette.wood);

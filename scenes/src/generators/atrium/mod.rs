@@ -1,9 +1,9 @@
-//! The atrium: a two-storey colonnaded court, its galleries vaulted below and timbered above,
-//! hung with dyed cloth, planted, and open to a sun that reaches the floor and one side only.
+//! The atrium: a colonnaded court of two storeys with vaulted lower and timbered upper galleries, dyed cloths and plants.
+//! The sun reaches only the floor and one side.
 //!
-//! The court lies along x, its floor at y = 0. Whatever repeats on its four sides is drawn in the
-//! local frame of a [`Side`]: x runs along the side from one court corner to the other, z = 0 is the
-//! face of the wall and +z points into the court.
+//! The court extends along x with its floor at y = 0. Parts that repeat on its four sides are drawn in the local frame of
+//! a [`Side`]: x is along the side from one corner of the court to the other, z = 0 is the face of the wall, and +z
+//! points into the court.
 
 mod cloth;
 mod furniture;
@@ -42,7 +42,7 @@ struct Side {
     frame: Affine3A,
     /// Number of bays.
     bays: usize,
-    /// Whether it is one of the two long sides, which own the corners of the building.
+    /// Whether it is one of the two long sides, which contain the corners of the building.
     long: bool,
 }
 
@@ -61,7 +61,7 @@ fn sides() -> [Side; 4] {
     })
 }
 
-/// Every material of the court.
+/// All materials of the court.
 struct Palette {
     ashlar: MaterialId,
     brick: MaterialId,

@@ -1,4 +1,4 @@
-//! Cut-out plants: potted shrubs and palms, ivy that climbs columns and hangs from the gallery.
+//! Alpha-masked plants: potted shrubs and palms, ivy that climbs columns and hangs from the gallery.
 
 use std::f32::consts::TAU;
 
@@ -7,7 +7,7 @@ use glam::{Vec3, vec2, vec3};
 use super::{BAY, Palette, SPRING, STEP, Side, UPPER, WALL, furniture::pots};
 use crate::generators::build::{Builder, Chance, Pen};
 
-/// What grows on one side of the court.
+/// The plants of one side of the court.
 pub fn side(b: &mut Builder, palette: &Palette, side: &Side) {
     let seed = (side.frame.translation.x * 8.0 + side.frame.translation.z) as i32 as u32;
     let mut chance = Chance::new(seed);
@@ -26,7 +26,7 @@ pub fn side(b: &mut Builder, palette: &Palette, side: &Side) {
     }
 }
 
-/// What grows in the pots of the court.
+/// The potted plants of the court.
 pub fn court(b: &mut Builder, palette: &Palette) {
     for (i, (foot, scale, terracotta)) in pots().into_iter().enumerate() {
         let mut chance = Chance::new(1000 + i as u32);
@@ -41,7 +41,7 @@ pub fn court(b: &mut Builder, palette: &Palette) {
     }
 }
 
-/// A leafy card from `base` towards `tip`, `width` wide, its broad side turned towards `facing`, bent by gravity.
+/// A card of leaves from `base` towards `tip`, `width` wide, facing `facing`, bent by gravity.
 fn card(pen: &mut Pen<'_>, base: Vec3, tip: Vec3, width: f32, facing: Vec3, bend: f32) {
     let along = tip - base;
     let across = along.cross(facing).normalize_or(Vec3::X) * (0.5 * width);
@@ -51,7 +51,7 @@ fn card(pen: &mut Pen<'_>, base: Vec3, tip: Vec3, width: f32, facing: Vec3, bend
     });
 }
 
-/// A rounded bush of sprigs.
+/// A round bush of sprigs.
 fn shrub(pen: &mut Pen<'_>, foot: Vec3, size: f32, chance: &mut Chance) {
     for i in 0..34 {
         let turn = i as f32 * 2.399_963; // the golden angle spreads the sprigs evenly

@@ -1,0 +1,152 @@
+//! The bar at the top: scene, size, view, comparison, playing, undo, link.
+
+use eframe::egui::{Button, ComboBox, RichText, Slider, Ui};
+use halflight_scenes::generators::NAMES;
+
+use super::Viewer;
+use crate::{
+    address,
+    playing::{Playing, rotated},
+    show::showable,
+    state::{DROPPED, LightChange, OUTPUTS, SIZES, View},
+};
+
+impl Viewer {
+    pub(super) fn bar(&mut self, ui: &mut Ui) {
+        ui.horizontal_wrapped(|ui| {
+            ui.strong("Halflight");
+            self.scene_choice(ui);
+            let label = |[w, h]: [u32; 2]| format!("{w} x {h}");
+            ComboBox::from_id_salt("size")
+                .selected_text(label(self.state.size))
+                .show_ui(ui, |ui| {
+                    for size in SIZES {
+                        ui.selectable_value(&mut self.state.size, size, label(size));
+                    }
+                })
+                .response
+                .on_hover_text("Size of the picture, pixels");
+            self.view_choice(ui);
+            let compare = ui.toggle_value(&mut self.state.compare, "A | B").on_hover_text("Compare two configurations");
+            self.marks.add("compare", compare.rect);
+            self.play_controls(ui);
+            let undo = Button::new("Undo");
+            let undo = ui.add_enabled(self.undo.has_undo(&self.state), undo).on_hover_text("Ctrl+Z");
+            self.marks.add("undo", undo.rect);
+            if undo.clicked() {
+                self.undo_step();
+            }
+            let redo = Button::new("Redo");
+            if ui.add_enabled(self.undo.has_redo(&self.state), redo).on_hover_text("Ctrl+Shift+Z").clicked() {
+                self.redo_step();
+            }
+            if ui.button("Copy link").on_hover_text("Copy a link that opens this view").clicked() {
+                ui.copy_text(self.host.link(&address::write(&self.state)));
+            }
+        });
+    }
+
+    fn scene_choice(&mut self, ui: &mut Ui) {
+        let mut chosen = self.state.scene.clone();
+        let scene = ComboBox::from_id_salt("scene").selected_text(&chosen).show_ui(ui, |ui| {
+            for name in NAMES {
+                ui.selectable_value(&mut chosen, (*name).to_owned(), *name);
+            }
+            if let Some(dropped) = &self.dropped {
+                ui.selectable_value(&mut chosen, DROPPED.to_owned(), format!("{DROPPED}: {}", dropped.name));
+            }
+        });
+        let response = scene.response.on_hover_text("Scene; drop an OBJ file with its materials to open your own");
+        self.marks.add("scene", response.rect);
+        if chosen != self.state.scene {
+            self.state.open(&chosen);
+        }
+    }
+
+    fn view_choice(&mut self, ui: &mut Ui) {
+        let view = &mut self.state.view;
+        let textures: Vec<String> =
+            self.sides[0].iter().flat_map(|side| showable(side.plan())).map(str::to_owned).collect();
+        let response = ComboBox::from_id_salt("view")
+            .selected_text(view.label())
+            .height(420.0)
+            .show_ui(ui, |ui| {
+                for (name, what) in OUTPUTS {
+                    ui.selectable_value(view, View::Output(name), name).on_hover_text(what);
+                }
+                for (choice, what) in [
+                    (View::Reference, "the path-traced picture"),
+                    (View::Error, "the relative error of albedo * indirect against the reference"),
+                ] {
+                    let label = choice.label().to_owned();
+                    ui.selectable_value(view, choice, label).on_hover_text(what);
+                }
+                ui.separator();
+                ui.label(RichText::new("Textures of the frame").weak());
+                for name in &textures {
+                    ui.selectable_value(view, View::Texture(name.clone()), name);
+                }
+            })
+            .response
+            .on_hover_text("What the picture shows");
+        self.marks.add("view", response.rect);
+    }
+
+    fn play_controls(&mut self, ui: &mut Ui) {
+        let mut playing = self.playing.is_some();
+        let last = self.stage.as_ref().filter(|stage| stage.is_animated()).map(|stage| stage.scene.moves.last_frame());
+        let lit = self.stage.as_ref().is_some_and(|stage| !stage.original_lights.is_empty());
+        let title = if playing { "Stop" } else { "Play" };
+        let play = ui
+            .add_enabled(last.is_some() || lit, Button::selectable(playing, title))
+            .on_hover_text(match last {
+                Some(_) => "Play the animation of the scene",
+                None => "Rotate the first light, to see the picture under changing light",
+            })
+            .on_disabled_hover_text("This scene has no animation and no lights: choose another one, such as motion");
+        playing ^= play.clicked();
+        self.marks.add("play", play.rect);
+        if let Some(last) = last {
+            let mut frame = self.frame().min(last);
+            let slider = ui.add(Slider::new(&mut frame, 0..=last).text("frame"));
+            self.marks.add("frame", slider.rect);
+            if slider.changed() {
+                (self.state.frame, self.playing, playing) = (frame, None, false);
+            }
+        }
+        if playing != self.playing.is_some() {
+            self.play(playing);
+        }
+    }
+
+    fn play(&mut self, on: bool) {
+        let Some(stage) = &self.stage else { return };
+        if on {
+            self.playing = Some(Playing::start(self.state.frame));
+            return;
+        }
+        // The state keeps the frame, or the light's rotation, at which playing stopped.
+        let Some(playing) = self.playing.take() else { return };
+        if stage.is_animated() {
+            self.state.frame = playing.frame.min(stage.scene.moves.last_frame());
+        } else if let Some(light) = stage.original_lights.first() {
+            let own = self.state.lights.iter().find(|(at, _)| *at == 0);
+            let mut change = own.map_or(LightChange::none(light), |(_, change)| *change);
+            let rotated = rotated(&change.apply(light), playing.angle, stage.centre());
+            (change.position, change.direction) = (rotated.position, rotated.direction);
+            self.state.change_light(0, light, change);
+        }
+    }
+
+    pub(super) fn undo_step(&mut self) {
+        if let Some(earlier) = self.undo.undo(&self.state) {
+            self.state = earlier.clone();
+        }
+    }
+
+    pub(super) fn redo_step(&mut self) {
+        if let Some(later) = self.undo.redo(&self.state) {
+            self.state = later.clone();
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! What surrounds the application: a page or a window, and the device that it opens.
+
+use std::sync::Arc;
+
+use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
+use halflight_frame_graph::Gpu;
+
+/// What a page or a window does for the application.
+pub trait Host {
+    /// Shows the state where a user can copy it as a link.
+    fn show_address(&mut self, state: &str);
+    /// The link that opens this state.
+    fn link(&self, state: &str) -> String;
+    /// Saves a file for the user. Returns a sentence that says where the file is, or why it could not be saved.
+    fn save(&mut self, name: &str, contents: &[u8]) -> String;
+    /// What the host knows about the adapter. Used if wgpu reports no name.
+    fn adapter(&self) -> Option<String> {
+        None
+    }
+    /// Called once, after the first picture was drawn.
+    fn first_picture(&mut self) {}
+    /// Whether files on disk can be read by their path.
+    fn reads_disk(&self) -> bool {
+        false
+    }
+}
+
+/// How the application's device is opened: with the features and limits that the renderer uses.
+pub fn configuration() -> WgpuConfiguration {
+    let mut setup = WgpuSetupCreateNew::without_display_handle();
+    setup.instance_descriptor.backends = wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY);
+    setup.device_descriptor = Arc::new(|adapter| wgpu::DeviceDescriptor {
+        label: Some("halflight"),
+        required_features: adapter.features() & Gpu::WANTED_FEATURES,
+        required_limits: Gpu::wanted_limits(&adapter.limits()),
+        ..Default::default()
+    });
+    WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..Default::default() }
+}

@@ -1,0 +1,379 @@
+//! A configuration of a technique that is drawn and measured.
+
+use eframe::egui::Context;
+use halflight_frame_graph::{CompiledGraph, Continuity, Externals, FramePlan, Gpu, Part, ResourceKind, scan::Scanned};
+use halflight_renderer::{
+    parameters::SettingsError,
+    plan_frame,
+    scene::{SceneMotion, camera_view},
+};
+use halflight_scenes::Camera;
+
+use crate::{
+    check::Check,
+    readback::{Reading, TextureReading},
+    show::{Look, ReferenceTextures, show},
+    stage::Stage,
+    state::{Configuration, View},
+    timing::{Method, Round, Times, Work, is_coarse},
+};
+
+/// Frames that are measured after a change.
+const MEASURED_FRAMES: u32 = 11;
+/// Frames for which a temporal filter runs after a change, until the picture is settled.
+const FILTERED_FRAMES: u32 = 32;
+
+/// What a frame depends on apart from its plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// The camera.
+    pub camera: Camera,
+    /// Frame number, for animation and random numbers.
+    pub frame: u32,
+    /// Seed of every random number.
+    pub seed: u32,
+}
+
+/// One side of the picture: a configuration that is drawn and measured.
+pub struct Side {
+    configuration: Configuration,
+    graph: CompiledGraph,
+    moment: Option<Moment>,
+    shown: Option<(View, Look, u64)>,
+    show: Option<CompiledGraph>,
+    texture: Option<eframe::egui::TextureId>,
+    drawing: Option<Work>,
+    timestamps: Option<Reading>,
+    round: Option<Round>,
+    /// Running medians of the passes' times.
+    pub times: Times,
+    /// How they are measured.
+    pub method: Method,
+    frames_left: u32,
+    /// Frames of the current moment that a temporal filter still needs.
+    unfiltered: u32,
+    /// Frames drawn so far, as frame numbers for the temporal filter of a static scene.
+    drawn_frames: u32,
+    /// Whether a frame of the current moment is complete.
+    drawn: bool,
+    indirect: Option<TextureReading>,
+    /// Incident indirect light of the last frame, once it is read back.
+    pub light: Option<Vec<[f32; 3]>>,
+    /// relMSE of `albedo * indirect` against the reference, once both are known.
+    pub rel_mse: Option<f64>,
+    /// Version of the reference that `rel_mse` belongs to.
+    pub compared_with: u64,
+    /// Wall-clock time of the last whole frame, milliseconds.
+    pub frame_ms: Option<f64>,
+    check: Check,
+}
+
+/// The result of `Side::draw`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// There is nothing left to do.
+    Idle,
+    /// The side waits for the device.
+    Busy,
+    /// A round of repetitions runs, which painting would disturb. It requests the next pass itself.
+    Measuring,
+}
+
+/// The plan of a configuration.
+///
+/// # Errors
+/// A setting out of range, or a size that the device does not support.
+fn plan(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<FramePlan, SettingsError> {
+    let plan = plan_frame(&stage.facts, configuration.technique(), &configuration.settings, size, Default::default())?;
+    let largest = gpu.device.limits().max_texture_dimension_2d;
+    let too_large = plan.resources.iter().find(|resource| match resource.kind {
+        ResourceKind::Texture { size, .. } => size.iter().any(|&v| v > largest),
+        _ => false,
+    });
+    match too_large {
+        Some(resource) => Err(SettingsError(format!(
+            "the texture {} is too large for this device, which supports {largest} pixels per side: choose a smaller size",
+            resource.name
+        ))),
+        None => Ok(plan),
+    }
+}
+
+impl Side {
+    /// Plans a configuration and creates its resources.
+    ///
+    /// # Errors
+    /// A setting out of range, or a size that the device does not support.
+    pub fn new(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<Self, SettingsError> {
+        let plan = plan(gpu, stage, configuration, size)?;
+        let graph = CompiledGraph::new(gpu, plan, &Externals { scene: Some(&stage.buffers), ..Default::default() });
+        let method = match gpu.timestamp_period {
+            _ if stage.software => Method::Software,
+            Some(_) => Method::Timestamps,
+            None => Method::NoTimestamps,
+        };
+        Ok(Self {
+            configuration: configuration.clone(),
+            times: Times::new(&graph),
+            graph,
+            moment: None,
+            shown: None,
+            show: None,
+            texture: None,
+            drawing: None,
+            timestamps: None,
+            round: None,
+            method,
+            frames_left: 0,
+            unfiltered: 0,
+            drawn_frames: 0,
+            drawn: false,
+            indirect: None,
+            light: None,
+            rel_mse: None,
+            compared_with: 0,
+            frame_ms: None,
+            check: Check::default(),
+        })
+    }
+
+    /// Updates the side after a change of settings, size or lights; true if anything changed.
+    ///
+    /// # Errors
+    /// A setting out of range, or a size that the device does not support. The side then stays as it was.
+    pub fn update(
+        &mut self,
+        gpu: &Gpu,
+        stage: &Stage,
+        configuration: &Configuration,
+        size: [u32; 2],
+    ) -> Result<bool, SettingsError> {
+        let new = plan(gpu, stage, configuration, size)?;
+        self.configuration.clone_from(configuration);
+        if new == *self.graph.plan() {
+            return Ok(false);
+        }
+        self.round = None;
+        (self.moment, self.drawn) = (None, false);
+        self.check = Check::default();
+        if self.graph.update(gpu, &new) {
+            return Ok(true);
+        }
+        // A temporal filter keeps its history under the new settings.
+        let scene = Externals { scene: Some(&stage.buffers), ..Default::default() };
+        self.graph.replan(gpu, new, &scene);
+        self.times = Times::new(&self.graph);
+        self.show.take().into_iter().for_each(CompiledGraph::destroy);
+        (self.shown, self.timestamps) = (None, None);
+        Ok(true)
+    }
+
+    /// Frees its resources on the device.
+    pub fn destroy(self) {
+        self.graph.destroy();
+        self.show.into_iter().for_each(CompiledGraph::destroy);
+    }
+
+    /// Draws and measures as far as the device is ready. `measure` asks for times, too; where passes are timed by
+    /// repetition, for at least this many `rounds`.
+    pub fn draw(
+        &mut self,
+        ctx: &Context,
+        gpu: &Gpu,
+        stage: &Stage,
+        moment: Moment,
+        measure: bool,
+        rounds: usize,
+    ) -> Progress {
+        if let Some(work) = &self.drawing {
+            let Some(took) = work.milliseconds() else { return Progress::Busy };
+            self.frame_ms = Some(took);
+            self.drawing = None;
+            self.drawn = true;
+        }
+        if let Some(reading) = &self.timestamps {
+            let Some(bytes) = reading.take() else { return Progress::Busy };
+            self.timestamps = None;
+            let ticks: &[u64] = bytemuck::cast_slice(&bytes);
+            if cfg!(target_arch = "wasm32") && is_coarse(ticks) {
+                self.method = Method::CoarseTimestamps;
+            } else {
+                for (index, pass) in self.graph.pass_times(&bytes).iter().enumerate() {
+                    self.times.add(index, pass.milliseconds);
+                }
+            }
+        }
+        if let Some(round) = &self.round
+            && round.collect(&mut self.times)
+        {
+            self.round = None;
+        }
+        let moved = self.moment != Some(moment);
+        if moved {
+            self.round = None;
+            self.frames_left = MEASURED_FRAMES;
+            // In an animated scene the filter continues with the next frame of the animation.
+            self.unfiltered = if self.has_history() && !stage.is_animated() { FILTERED_FRAMES } else { 0 };
+            self.drawn = false;
+        }
+        let by_repetition = self.method != Method::Timestamps;
+        if moved || self.unfiltered > 0 || (measure && self.frames_left > 0 && !by_repetition) {
+            self.record(gpu, stage, moment, moved);
+            return Progress::Busy;
+        }
+        if by_repetition && measure && self.times.rounds() < rounds {
+            if self.round.is_none() {
+                let ctx = ctx.clone();
+                self.round = Some(Round::start(gpu, &self.graph, &self.times, move || ctx.request_repaint()));
+            }
+            return Progress::Measuring;
+        }
+        Progress::Idle
+    }
+
+    fn record(&mut self, gpu: &Gpu, stage: &Stage, moment: Moment, moved: bool) {
+        self.frames_left = self.frames_left.saturating_sub(1);
+        self.unfiltered = self.unfiltered.saturating_sub(1);
+        self.moment = Some(moment);
+        (self.light, self.indirect, self.rel_mse, self.compared_with) = (None, None, None, 0);
+        self.check = Check::default();
+        let mut seen = camera_view(&moment.camera, self.graph.plan().display_size, stage.facts.near);
+        (seen.frame, seen.seed) = (moment.frame, moment.seed);
+        if let Some(motion) = SceneMotion::new(&stage.scene, &stage.buffers) {
+            motion.place(&mut seen);
+            // The user may have moved the camera away from its path.
+            seen.world_to_view = moment.camera.view_matrix();
+            motion.write(gpu, &self.graph, &seen);
+        } else if self.has_history() {
+            seen.frame = self.drawn_frames;
+            seen.continuity = if moved { Continuity::Changing } else { Continuity::Still };
+        }
+        self.drawn_frames = self.drawn_frames.wrapping_add(1);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        self.graph.record(gpu, &mut encoder, &seen);
+        if let Some(show) = &self.show {
+            show.record(gpu, &mut encoder, &seen);
+        }
+        self.drawing = Some(Work::submit(&gpu.queue, Some(encoder.finish())));
+        if self.method == Method::Timestamps {
+            self.timestamps = self.graph.timing_buffer().map(Reading::of);
+        }
+    }
+
+    /// Shows a view of the last frame; true if the picture changed. `reference` comes with its version. There is no
+    /// picture if the frame lacks the texture of the view.
+    pub fn look(
+        &mut self,
+        gpu: &Gpu,
+        view: &View,
+        look: Look,
+        reference: Option<(&ReferenceTextures, u64)>,
+        renderer: &mut eframe::egui_wgpu::Renderer,
+    ) -> bool {
+        let key = (view.clone(), look, reference.map_or(0, |(_, version)| version));
+        let changed = self.shown.as_ref() != Some(&key);
+        if changed {
+            self.shown = Some(key);
+            if let Some(old) = self.show.take() {
+                old.destroy();
+            }
+            self.show = show(gpu, &self.graph, view, look, reference.map(|(textures, _)| textures));
+            if let Some(show) = &self.show
+                && let Some(display) = show.output("display")
+            {
+                let display = display.create_view(&Default::default());
+                let filter = wgpu::FilterMode::Linear;
+                match self.texture {
+                    Some(id) => renderer.update_egui_texture_from_wgpu_texture(&gpu.device, &display, filter, id),
+                    None => self.texture = Some(renderer.register_native_texture(&gpu.device, &display, filter)),
+                }
+                let mut encoder = gpu.device.create_command_encoder(&Default::default());
+                let camera = self.moment.map(|moment| moment.camera).unwrap_or_default();
+                let size = self.graph.plan().display_size;
+                show.record(gpu, &mut encoder, &camera_view(&camera, size, 1.0));
+                gpu.queue.submit([encoder.finish()]);
+            }
+        }
+        changed
+    }
+
+    /// The picture for the screen, if there is one.
+    pub fn picture(&self) -> Option<eframe::egui::TextureId> {
+        self.texture.filter(|_| self.moment.is_some() && self.show.is_some())
+    }
+
+    /// Reads back the indirect light of the last frame, once per change. It is black if the technique has no such output.
+    pub fn read_light(&mut self, gpu: &Gpu) {
+        if self.light.is_some() || self.moment.is_none() {
+            return;
+        }
+        match (&self.indirect, self.graph.output("indirect")) {
+            (None, Some(texture)) => self.indirect = Some(TextureReading::new(gpu, texture)),
+            (Some(reading), _) => {
+                if let Some(texels) = reading.take() {
+                    self.light = Some(texels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
+                    self.indirect = None;
+                }
+            }
+            (None, None) => {
+                let [width, height] = self.graph.plan().display_size;
+                self.light = Some(vec![[0.0; 3]; width as usize * height as usize]);
+            }
+        }
+    }
+
+    /// Runs the NaN/Inf check on the last frame, once per change; true while the device works on it.
+    pub fn check(&mut self, gpu: &Gpu) -> bool {
+        self.check.step(gpu, &self.graph)
+    }
+
+    /// The results of the NaN/Inf check, once they are known.
+    pub fn check_results(&self) -> Option<&[Scanned]> {
+        self.check.results()
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &FramePlan {
+        self.graph.plan()
+    }
+
+    /// An output of the plan.
+    pub fn output(&self, name: &str) -> Option<&wgpu::Texture> {
+        self.graph.output(name)
+    }
+
+    /// The configuration.
+    pub fn configuration(&self) -> &Configuration {
+        &self.configuration
+    }
+
+    /// Whether a frame of the current moment is complete. More frames may follow for measurement.
+    pub fn is_drawn(&self) -> bool {
+        self.moment.is_some() && self.drawn
+    }
+
+    /// Whether the picture of the current moment is final.
+    pub fn is_settled(&self) -> bool {
+        self.is_drawn() && self.unfiltered == 0 && self.drawing.is_none()
+    }
+
+    /// Whether a frame depends on earlier frames.
+    fn has_history(&self) -> bool {
+        self.graph.plan().has_history()
+    }
+
+    /// Whether a round of repetitions runs.
+    pub fn is_measuring(&self) -> bool {
+        self.round.is_some()
+    }
+
+    /// Whether there are enough measurements for a median.
+    pub fn is_measured(&self) -> bool {
+        self.times.rounds() >= if self.method == Method::Timestamps { MEASURED_FRAMES as usize / 2 } else { 1 }
+    }
+
+    /// Running medians of one part of the frame, milliseconds.
+    pub fn part_ms(&self, wanted: Part) -> f64 {
+        self.times.of_part(wanted)
+    }
+}

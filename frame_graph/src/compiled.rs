@@ -333,7 +333,7 @@ impl CompiledGraph {
         if let Some(BindingKind::Uniform { size, members }) = self.view_layout {
             gpu.queue.write_buffer(&self.views[0], 0, &view.pack(*size, members));
             for (other, buffer) in self.plan.views.iter().zip(&self.views[1..]) {
-                gpu.queue.write_buffer(buffer, 0, &view.from_planned(other).pack(*size, members));
+                gpu.queue.write_buffer(buffer, 0, &view.of_planned(other).pack(*size, members));
             }
         }
         let mut memory = self.memory();
@@ -345,7 +345,7 @@ impl CompiledGraph {
             gpu.queue.write_buffer(&buffers[0], 0, &block);
             for (other, buffer) in self.plan.views.iter().zip(&buffers[1..]) {
                 // Further views stand still: where one has a frame before at all, it was seen from the same place.
-                let own = view.from_planned(other);
+                let own = view.of_planned(other);
                 let block = own.pack_previous(before.map(|_| &own), memory.still_frames, *size, members);
                 gpu.queue.write_buffer(buffer, 0, &block);
             }

@@ -113,6 +113,11 @@ pub struct Member {
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 include!(concat!(env!("OUT_DIR"), "/types.rs"));
 
+/// The variant of a shader with these features, in their order; `first` is the index of the one without any.
+fn variant(first: usize, features: &[bool]) -> &'static Shader {
+    &SHADERS[first + features.iter().rev().fold(0, |bits, &on| 2 * bits + usize::from(on))]
+}
+
 /// The shader of this name, for example `hierarchical/gather` or `gbuffer/gbuffer+emitters`.
 pub fn shader(name: &str) -> Option<&'static Shader> {
     SHADERS.iter().find(|shader| shader.name == name)

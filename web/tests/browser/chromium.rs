@@ -177,7 +177,7 @@ impl Page {
                 (Some(message), Some(number)) if message["id"] == number => {
                     question = None;
                     if let Err(reason) = patience.check(processor_time(&message["result"]), Instant::now()) {
-                        panic!("{method} has no result: {reason}; console {:?}", self.console);
+                        panic!("{method} {params} has no result: {reason}; console {:?}", self.console);
                     }
                 }
                 (Some(message), _) => self.hear(&message),

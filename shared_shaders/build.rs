@@ -1,9 +1,10 @@
-//! Compiles every shader under `wgsl/` and writes the table of what each one binds, so that a mistake in WGSL fails the
-//! build and no binding is typed a second time.
+//! Compiles every shader under `wgsl/` and writes what each one takes, as a table and as Rust types, so that a mistake in
+//! WGSL or in its use fails the build and no binding is typed a second time.
+#![allow(clippy::disallowed_macros, reason = "a build script talks to cargo on standard output")]
 
 use std::{env, error::Error, path::PathBuf};
 
-use halflight_shader_compiler::{Sources, write_table};
+use halflight_shader_compiler::{Sources, write_table, write_types};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let sources = Sources::new(PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).join("wgsl"));
@@ -12,6 +13,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let names = sources.shader_names()?;
     let shaders = names.iter().map(|name| sources.compile(name)).collect::<Result<Vec<_>, _>>()?;
-    write_table(&PathBuf::from(env::var("OUT_DIR")?), &shaders)?;
+    let out = PathBuf::from(env::var("OUT_DIR")?);
+    write_table(&out, &shaders)?;
+    write_types(&out, &shaders)?;
     Ok(())
 }

@@ -3,6 +3,7 @@
 //!     cargo run --release -p halflight-evaluator --example blocks -- IMAGE.exr TRUTH.exr --block 4
 //!
 //! IMAGE is a picture of a report folder or of `evaluator render`, TRUTH that of the same folder or of `evaluator truth`.
+#![allow(clippy::disallowed_macros, reason = "an example for developers")]
 
 use std::{error::Error, path::PathBuf};
 

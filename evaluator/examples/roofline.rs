@@ -7,24 +7,25 @@
 //! (`hierarchical/fetch.wgsl`). Every figure is a median over frames with its 5 % and 95 % quantiles.
 //! What is compared alternates within one run, pass by pass or frame by frame, and ratios are taken
 //! between neighbours in time: other work on the machine slows both alike.
+#![allow(clippy::disallowed_macros, reason = "an example for developers")]
 
 use std::{path::PathBuf, process::ExitCode};
 
 use clap::Parser;
 use halflight_evaluator::{
     Error,
-    command::parse_size,
-    session::{Frames, Request, Session, open_adapter, open_scene},
-    statistics::percentile,
+    experiment::session::{Frames, Request, Session, open_adapter, open_scene},
 };
 use halflight_frame_graph::{FramePlan, Part, Pass, PassTime, ResourceId, ResourceKind};
+use halflight_metrics::percentile;
 use halflight_native::{NativeGpu, images::Rgb};
 use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, Value, check_settings},
 };
 use halflight_scenes::{Camera, Scene};
-use halflight_techniques::hierarchical;
+use halflight_shared_shaders::{Call, hierarchical::fetch};
+use halflight_techniques::{hierarchical, invocation::parse_size};
 use wgpu::TextureFormat;
 
 #[derive(Parser)]
@@ -104,9 +105,12 @@ fn add_fetches(plan: &mut FramePlan) {
         let Some((surfels, size)) = surfels(plan, &gather) else { continue };
         let name = gather.name.replace("gather", "fetch");
         let sums = plan.texture(format!("{name}_sums"), size, TextureFormat::Rgba32Float, "sums of fetched texels");
-        let fetch = plan.pass(Part::Technique, name, "hierarchical/fetch").because("roofline");
-        let fetch = gather.params.into_iter().fold(fetch, |fetch, (field, value)| fetch.param(field, value));
-        fetch.constants(&gather.constants).bind("surfels", surfels).bind("sums", sums).over(size);
+        // The fetches take their numbers from the gather, which has more of them.
+        let shader = fetch::Features::default().shader();
+        let constants = gather.constants.into_iter().filter(|(name, _)| shader.overrides.contains(name)).collect();
+        let bindings = vec![("surfels", surfels), ("sums", sums)];
+        let call = Call { shader, bindings, params: gather.params, constants };
+        plan.pass(Part::Technique, name, call).because("roofline").over(size);
         // Next to its gather, so that both meet the same caches and the same load of the machine.
         let place = plan.passes.iter().position(|pass| pass.name == gather.name).map_or(0, |index| index + 1);
         plan.passes[place..].rotate_right(1);

@@ -2,12 +2,13 @@
 //! `cargo run -p halflight-evaluator --example sample_report -- FOLDER`
 
 use std::error::Error;
-use std::path::Path;
 
-use halflight_evaluator::measurement::{Errors, Measurement, Timing};
-use halflight_evaluator::metrics::{DisplayPair, Rgb, display_errors, linear_errors};
+use halflight_evaluator::experiment::measurement::{Measurement, Timing};
 use halflight_evaluator::report::{Pictures, Report};
+use halflight_metrics::{DisplayPair, LinearPair, MetricId, Rgb, Values};
 use halflight_native::images::{auto_exposure, tone_map_all};
+use halflight_output::{OutputFolder, terminal};
+use halflight_techniques::invocation::Invocation;
 use serde_json::{Map, Value, json};
 
 const WIDTH: u32 = 640;
@@ -15,7 +16,7 @@ const HEIGHT: u32 = 360;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).ok_or("name a folder for the report")?;
-    let folder = Path::new(&folder);
+    let folder = &OutputFolder::open(folder);
     let court = Court::paint();
     let mut measurements = Vec::new();
     for start_resolution in ["half", "quarter"] {
@@ -30,11 +31,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         title: "Hierarchical SSIL over start resolution, levels and samples".into(),
         summary: "Made-up figures: this page shows the layout of a report, not a measurement.".into(),
         command: "cargo run -p halflight-evaluator --example sample_report -- FOLDER".into(),
+        references: Vec::new(),
         warnings: vec!["thorn_mask.png is missing; the material \"leaf\" is drawn in grey.".into()],
         measurements,
     }
     .write(folder)?;
-    println!("{}", folder.join("index.html").display());
+    terminal::print_line(folder.path().join("index.html").display())?;
     Ok(())
 }
 
@@ -79,7 +81,13 @@ impl Court {
     }
 
     /// Coarse blocks, noise that falls with samples and darkness that falls with levels, timed by a formula.
-    fn measure(&self, folder: &Path, start: &str, levels: u32, samples: u32) -> Result<Measurement, Box<dyn Error>> {
+    fn measure(
+        &self,
+        folder: &OutputFolder,
+        start: &str,
+        levels: u32,
+        samples: u32,
+    ) -> Result<Measurement, Box<dyn Error>> {
         let block = if start == "half" { 2 } else { 4 };
         let noise = 0.9 / (samples as f32).sqrt();
         let energy = 1.0 - 0.5 / (levels * levels) as f32 - 0.02 * block as f32;
@@ -102,8 +110,10 @@ impl Court {
         let exposure = auto_exposure(&true_whole, mask);
         let shown = [tone_map_all(&whole, exposure), tone_map_all(&true_whole, exposure)];
         let pair = DisplayPair { width: WIDTH, linear: [&whole, &true_whole], display: [&shown[0], &shown[1]], mask };
-        let mut errors = Errors::new(&linear_errors(&image, &truth, mask), &display_errors(&pair));
-        errors.truth_rel_error = Some(0.02);
+        let mut errors = Values::default();
+        errors.measure_indirect(&LinearPair::new(&image, &truth, mask));
+        errors.measure_final(&pair);
+        errors.set(MetricId::TruthRelError, Some(0.02));
 
         let gather = 0.11 * f64::from(samples) * if start == "half" { 3.8 } else { 1.0 };
         let tail = |level: i32| gather * 0.25f64.powi(level);
@@ -145,9 +155,15 @@ impl Court {
             memory_bytes: u64::from(WIDTH * HEIGHT) * (16 + 48 / u64::from(block) * u64::from(levels)),
             errors,
             preset: "soler2009_fig6".into(),
-            command: format!(
-                "evaluator render --scene scenes/atrium.toml --technique hierarchical --set hierarchical.start_resolution={start} --set hierarchical.levels={levels} --set hierarchical.samples={samples} --size {WIDTH}x{HEIGHT} --out {name}.exr"
-            ),
+            command: Invocation::evaluator("render")
+                .option("scene", "scenes/atrium.toml")
+                .option("technique", "hierarchical")
+                .option("set", format_args!("hierarchical.start_resolution={start}"))
+                .option("set", format_args!("hierarchical.levels={levels}"))
+                .option("set", format_args!("hierarchical.samples={samples}"))
+                .size([WIDTH, HEIGHT])
+                .option("out", format_args!("{name}.exr"))
+                .to_string(),
             images,
             ..adapter()
         };

@@ -6,6 +6,7 @@ use std::{
 };
 
 use clap::{Args, Parser, Subcommand};
+use halflight_output::{PrintError, terminal};
 use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, Value, check_settings},
@@ -18,7 +19,6 @@ mod explain;
 mod list;
 mod render;
 mod run;
-mod stability;
 mod truth;
 
 /// Measures screen-space indirect illumination: what each millisecond buys.
@@ -31,19 +31,17 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Run a grid of configurations: time each one, hold it against truth, write a report folder.
+    /// Run a grid of configurations: time each one, measure it against the path-traced reference, write a report folder.
     Run(run::RunArgs),
     /// Render one frame of a scene to an EXR (all channels) or a PNG (tone-mapped).
     Render(render::RenderArgs),
     /// Print the plan of a frame: passes, textures with their bytes, and the reason for each.
     Plan(render::PlanArgs),
-    /// Path-trace the truth of a scene; what was traced is cached and continued.
+    /// Path-trace the reference of a scene. Traced samples are cached, and a later call continues from them.
     Truth(truth::TruthArgs),
-    /// Say where the error of a technique comes from: noise, estimator, visibility, what the screen does not show.
+    /// Split the error of a technique into its sources: noise, estimator, missing visibility, light off the screen.
     Explain(explain::ExplainArgs),
-    /// Run every technique through extremes, invariances and faults: what stays sound, and by how much.
-    Stability(stability::StabilityArgs),
-    /// Compare two EXR or PNG images by every measure.
+    /// Compare two EXR or PNG images by every metric.
     Compare {
         /// The image.
         image: PathBuf,
@@ -105,37 +103,53 @@ fn read_preset(path: &Path) -> Result<Preset, Error> {
     Preset::read(path, &text).map_err(|e| Error::BadInput(e.to_string()))
 }
 
-/// A size written `WIDTHxHEIGHT`, each from 1 to 16384.
-///
-/// # Errors
-/// A sentence that says how to write it.
-pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
-    match sides {
-        Some([w @ 1..=16384, h @ 1..=16384]) => Ok([w, h]),
-        _ => Err("write WIDTHxHEIGHT, each from 1 to 16384, for example 1280x720".into()),
-    }
-}
-
 /// Runs the command line; returns the process's exit code: 0 done, 1 failed, 2 bad input.
 pub fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(answer) => return explain_usage(&answer),
+    };
+    let result = match cli.command {
         Command::Render(args) => render::render(&args),
         Command::Plan(args) => render::plan(&args),
         Command::Run(args) => run::main(&args),
         Command::Truth(args) => truth::main(&args),
         Command::Compare { image, reference, json } => compare(&image, &reference, json),
         Command::Explain(args) => explain::main(&args),
-        Command::Stability(args) => stability::main(&args),
         Command::List(args) => list::main(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(error.exit_code())
-        }
+        Err(error) => end(&error),
     }
+}
+
+/// Ends with an error: its sentence on standard error, unless all that happened is that the reader went away.
+fn end(error: &Error) -> ExitCode {
+    if !matches!(error, Error::Print(PrintError::Closed)) {
+        terminal::note(format_args!("error: {error}"));
+    }
+    ExitCode::from(error.exit_code())
+}
+
+/// Prints the help that was asked for, or what is wrong with the command line.
+fn explain_usage(answer: &clap::Error) -> ExitCode {
+    let printed = answer.print().map_err(PrintError::from).and_then(|()| terminal::flush());
+    match printed {
+        Err(error) if !answer.use_stderr() => end(&error.into()),
+        _ => ExitCode::from(answer.exit_code() as u8),
+    }
+}
+
+/// Prints a value as JSON.
+fn print_json(value: &impl serde::Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(e.to_string()))?;
+    Ok(terminal::print_line(text)?)
+}
+
+/// Says on standard error what the loader of a scene replaced.
+fn print_warnings(warnings: &[String]) {
+    warnings.iter().for_each(|warning| terminal::note(format_args!("warning: {warning}")));
 }
 
 /// The scene, by file or by the name of a bundled one.
@@ -148,21 +162,17 @@ struct SceneArgs {
 
 fn compare(image: &Path, reference: &Path, json: bool) -> Result<(), Error> {
     let comparison = crate::compare::compare(image, reference)?;
-    if json {
-        println!("{}", serde_json::to_string_pretty(&comparison).map_err(|e| Error::Failed(e.to_string()))?);
-    } else {
-        println!("{comparison}");
-    }
-    Ok(())
+    if json { print_json(&comparison) } else { Ok(terminal::print_line(comparison)?) }
 }
 
-/// Whether an output file is to hold all channels (EXR) or one picture (PNG).
+/// Whether an output file holds all channels (EXR) or one picture (PNG).
 fn is_exr(path: &Path) -> Result<bool, Error> {
     match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
         Some("exr") => Ok(true),
         Some("png") => Ok(false),
-        _ => {
-            Err(Error::BadInput(format!("--out {} is neither .exr nor .png: name it one or the other", path.display())))
-        }
+        _ => Err(Error::BadInput(format!(
+            "--out {} is neither .exr nor .png: give it one of these endings",
+            path.display()
+        ))),
     }
 }

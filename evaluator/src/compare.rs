@@ -1,16 +1,16 @@
-//! `evaluator compare`: every measure of two image files.
+//! `evaluator compare`: every metric of two image files.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use halflight_metrics::{
+    DisplayPair, Function, LinearPair, METRICS, Metric, Rgb, Values, block_mean, float, mean, relative_rmse,
+};
 use halflight_native::images::{Image, auto_exposure, srgb_encode, tone_map_all};
 use serde::{Deserialize, Serialize};
 
+use crate::Error;
 use crate::format::{number, percent};
-use crate::metrics::{
-    DisplayErrors, DisplayPair, LinearErrors, Rgb, block_mean, display_errors, linear_errors, mean, relative_rmse,
-};
-use crate::{Error, serial};
 
 /// Side of the blocks over which noise is averaged away, pixels.
 pub const BLOCK: u32 = 8;
@@ -28,7 +28,7 @@ pub struct Comparison {
     pub height: u32,
     /// Pixels that count: those where the reference's depth `Z`, if it comes with one, shows a surface.
     pub counted_pixels: usize,
-    /// Exposure of the display measures, taken from the reference; 1 where a PNG has fixed it already.
+    /// Exposure of the display metrics, taken from the reference; 1 where a PNG has fixed it already.
     pub exposure: f32,
     /// One entry per layer that both files have: the final image, and `albedo * indirect`.
     pub layers: Vec<LayerComparison>,
@@ -36,26 +36,23 @@ pub struct Comparison {
     pub notes: Vec<String>,
 }
 
-/// All measures of one layer.
+/// All metrics of one layer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LayerComparison {
     /// `final` or `albedo * indirect`.
     pub layer: String,
     /// Mean of the image, radiance.
-    #[serde(with = "serial::float")]
+    #[serde(with = "float")]
     pub mean: f64,
     /// Mean of the reference, radiance.
-    #[serde(with = "serial::float")]
+    #[serde(with = "float")]
     pub reference_mean: f64,
     /// `sqrt(mean((a - b)^2)) / mean(b)` over blocks of 8x8 pixels.
-    #[serde(with = "serial::float")]
+    #[serde(with = "float")]
     pub block_relative_rmse: f64,
-    /// Errors of linear radiance.
-    #[serde(flatten)]
-    pub linear: LinearErrors,
-    /// Errors of display values.
-    #[serde(flatten)]
-    pub display: DisplayErrors,
+    /// Every metric of two images.
+    #[serde(flatten, with = "layer_values")]
+    pub values: Values,
 }
 
 /// Measures `image` against `reference`, two EXR or PNG files of one size.
@@ -94,7 +91,7 @@ pub fn compare(image: &Path, reference: &Path) -> Result<Comparison, Error> {
         .map(|(name, pixels)| compare_layer(name, pixels, is_png, exposure, b.width, mask.as_deref()))
         .collect();
     let notes = files.iter().zip(is_png).filter(|(_, png)| *png).map(|(path, _)| {
-        format!("{} is a PNG: its linear measures see 8-bit, clipped, tone-mapped values", path.display())
+        format!("{} is a PNG: its linear metrics see 8-bit, clipped, tone-mapped values", path.display())
     });
     Ok(Comparison {
         image: image.into(),
@@ -123,18 +120,15 @@ fn compare_layer(
     };
     let display = [shown(image, is_png[0]), shown(truth, is_png[1])];
     let blocks = [image, truth].map(|pixels| block_mean(pixels, width, BLOCK, mask));
+    let mut values = Values::default();
+    values.measure_indirect(&LinearPair::new(image, truth, mask));
+    values.measure_final(&DisplayPair { width, linear: [image, truth], display: [&display[0], &display[1]], mask });
     LayerComparison {
         layer: name.into(),
         mean: mean(image, mask),
         reference_mean: mean(truth, mask),
         block_relative_rmse: relative_rmse(&blocks[0], &blocks[1]),
-        linear: linear_errors(image, truth, mask),
-        display: display_errors(&DisplayPair {
-            width,
-            linear: [image, truth],
-            display: [&display[0], &display[1]],
-            mask,
-        }),
+        values,
     }
 }
 
@@ -155,7 +149,7 @@ impl fmt::Display for Comparison {
         for layer in &self.layers {
             writeln!(f, "\n{}", layer.layer)?;
             for (name, value, unit) in layer.lines() {
-                writeln!(f, "  {name:<22}{value:>10}  {unit}")?;
+                writeln!(f, "{}", format!("  {name:<22}{value:>10}  {unit}").trim_end())?;
             }
         }
         self.notes.iter().try_for_each(|note| writeln!(f, "\nnote: {note}"))
@@ -163,27 +157,63 @@ impl fmt::Display for Comparison {
 }
 
 impl LayerComparison {
-    /// Name, value and unit of every measure, in reading order.
+    /// Name, value and unit of every metric, in reading order.
     fn lines(&self) -> Vec<(&'static str, String, &'static str)> {
-        let Self { linear, display, .. } = self;
         let line = |name, value, unit| (name, number(value, 4), unit);
-        vec![
+        let mut lines = vec![
             line("mean", self.mean, "radiance"),
             line("mean of reference", self.reference_mean, "radiance"),
             ("difference of means", percent(self.mean / self.reference_mean - 1.0), ""),
             line("relative RMSE, 8x8", self.block_relative_rmse, "over block means"),
-            line("relMSE", linear.rel_mse, ""),
-            line("best factor", linear.best_factor, "on the image, for relMSE"),
-            line("relMSE with it", linear.scaled_rel_mse, ""),
-            line("RMSE", linear.rmse, "radiance"),
-            line("bias", linear.bias, "radiance"),
-            line("95th percentile", linear.p95_abs, "radiance, |error|"),
-            line("99.9th percentile", linear.p999_abs, "radiance, |error|"),
-            line("PSNR", display.psnr_db, "dB"),
-            line("SSIM", display.ssim, "1 = equal"),
-            line("FLIP", display.flip, "0 = equal"),
-            line("HDR-FLIP", display.hdr_flip, "0 = equal"),
-        ]
+        ];
+        let metrics = METRICS.iter().filter(|metric| layer_key(metric).is_some());
+        lines.extend(metrics.filter_map(|metric| Some(line(metric.title, self.values.get(metric.id)?, metric.unit))));
+        lines
+    }
+}
+
+/// Key of a metric that compares two images of any layer: that of its column without the layer. `None` for the others.
+fn layer_key(metric: &Metric) -> Option<&'static str> {
+    match metric.function {
+        Function::Indirect(_) | Function::Final(_) => metric.key.split_once('_').map(|(_, key)| key),
+        Function::Occlusion(_) | Function::Recorded => None,
+    }
+}
+
+/// Values of a layer under [`layer_key`]s.
+mod layer_values {
+    use std::collections::BTreeMap;
+
+    use halflight_metrics::{METRICS, Values, float};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, ser::SerializeMap};
+
+    use super::layer_key;
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(transparent)]
+    struct Float(#[serde(with = "float")] f64);
+
+    pub fn serialize<S: Serializer>(values: &Values, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        for metric in METRICS {
+            if let (Some(key), Some(value)) = (layer_key(metric), values.get(metric.id)) {
+                map.serialize_entry(key, &Float(value))?;
+            }
+        }
+        map.end()
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Values, D::Error> {
+        let all = BTreeMap::<String, serde_json::Value>::deserialize(deserializer)?;
+        let mut values = Values::default();
+        for metric in METRICS {
+            let value = layer_key(metric).and_then(|key| all.get(key));
+            if let Some(value) = value {
+                let Float(value) = Float::deserialize(value).map_err(serde::de::Error::custom)?;
+                values.set(metric.id, Some(value));
+            }
+        }
+        Ok(values)
     }
 }
 

@@ -1,22 +1,33 @@
-//! Many frames: metrics, tables, comparisons and reports of what a millisecond buys.
+//! Experiments on many frames: grids of settings are rendered, timed and compared with a path-traced reference; reports
+//! show what each millisecond buys. The command `evaluator` is a thin layer over this library.
+//!
+//! [`experiment`] runs grids and holds the measurements, [`report`] writes them as pages and tables, [`explain`] splits
+//! an error into its sources, [`compare`](mod@compare) compares two image files.
+//!
+//! ```no_run
+//! use halflight_evaluator::experiment::{
+//!     RunOptions, grid::Grid, measurement::read_json, run, session::open_adapter,
+//! };
+//! use halflight_metrics::MetricId;
+//!
+//! let native = open_adapter("any")?;
+//! let grid = Grid::read("grids/default.toml".as_ref())?;
+//! let out = "reports/default".as_ref();
+//! run(&native, &grid, &RunOptions { out, resume: true, shard: (0, 1), command: Default::default(), check: false })?;
+//! for row in read_json("reports/default/results.json".as_ref())? {
+//!     println!("{:.1} ms, FLIP {:?}", row.time_ms_median, row.errors.get(MetricId::FinalFlip));
+//! }
+//! # Ok::<(), halflight_evaluator::Error>(())
+//! ```
 
 pub mod command;
 pub mod compare;
 pub mod error;
+pub mod experiment;
 pub mod explain;
-mod format;
-pub mod grid;
-pub mod measurement;
-pub mod metrics;
+pub mod format;
 pub mod plan_graph;
 pub mod progress;
 pub mod report;
-pub mod run;
-mod serial;
-pub mod session;
-pub mod stability;
-pub mod statistics;
-pub mod temporal;
-pub mod truth;
 
 pub use error::Error;

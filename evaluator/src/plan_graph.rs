@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use halflight_frame_graph::{FramePlan, Part, Pass, Resource, ResourceId, ResourceKind, bytes_in_words};
 
-use crate::report::escape;
+use crate::report::document::escape;
 
 const STYLE: &str = include_str!("plan_graph.css");
 
@@ -184,7 +184,7 @@ fn heading(plan: &FramePlan, width: usize, height: usize) -> String {
 
 fn pass_box(svg: &mut String, pass: &Pass, y: usize, width: usize) {
     let height = BOX_HEIGHT;
-    let title = escape(&format!("{} ({}): {}", pass.name, pass.shader, pass.reason));
+    let title = escape(&format!("{} ({}): {}", pass.name, pass.shader.name, pass.reason));
     let class = class(pass.part);
     push(svg, format_args!("<g><title>{title}</title>"));
     push(svg, format_args!(r#"<rect class="box" x="{MARGIN}" y="{y}" width="{width}" height="{height}" rx="4"/>"#));

@@ -6,6 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use halflight_output::terminal;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// Time between two plain lines.
@@ -45,7 +46,7 @@ impl Progress {
             } else {
                 String::new()
             };
-            eprintln!("{}: {done}/{}{left}  {message}", self.what, self.total);
+            terminal::note(format_args!("{}: {done}/{}{left}  {message}", self.what, self.total));
         }
     }
 
@@ -54,6 +55,6 @@ impl Progress {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
-        eprintln!("{message}");
+        terminal::note(message);
     }
 }

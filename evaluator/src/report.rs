@@ -5,30 +5,30 @@ use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::path::Path;
 
+use halflight_metrics::{METRICS, MetricId};
 use halflight_native::files::write_whole;
+use halflight_output::OutputFolder;
 
 use crate::Error;
-use crate::measurement::{self, Measurement};
+use crate::experiment::measurement::{self, Measurement};
 
-pub mod chart;
+pub mod document;
 mod grouping;
-mod html;
-pub(crate) mod markdown;
-mod measure;
+mod page;
 mod pareto;
 mod pictures;
 mod plots;
 mod published;
-pub(crate) mod simple_page;
 mod slice;
 mod strip;
-pub(crate) mod tables;
+mod tables;
 mod trade;
 
 pub use pareto::frontier;
 pub use pictures::{FULL_SCALE, Pictures};
 pub use published::{PublishedTable, TABLES as PUBLISHED_TABLES};
 
+use document::{markdown, table::Table};
 use grouping::{Group, groups};
 
 /// Everything that a report folder says.
@@ -40,29 +40,34 @@ pub struct Report {
     pub summary: String,
     /// Command that reproduces the whole run.
     pub command: String,
-    /// What went not quite as it should: stand-in textures, clamped values, unconverged truth.
+    /// Commands that trace what the rows are measured against.
+    pub references: Vec<String>,
+    /// What did not go as it should: replaced textures, clamped values, a noisy reference.
     pub warnings: Vec<String>,
     /// One row a cell.
     pub measurements: Vec<Measurement>,
 }
 
 impl Report {
-    /// Writes the folder. Files that are there already are replaced; pictures are left alone. May be called after every
+    /// Files of every report; plots and pictures are added to them.
+    pub const FILES: [&str; 4] = ["results.json", "results.csv", "tables.md", "index.html"];
+
+    /// Writes the folder. Files of an earlier report are replaced; pictures are not touched. May be called after every
     /// cell of a long run.
     ///
     /// # Errors
-    /// If a file cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<(), Error> {
-        measurement::write_json(&folder.join("results.json"), &self.measurements)?;
-        measurement::write_csv(&folder.join("results.csv"), &self.measurements)?;
+    /// If a file cannot be written, or if the folder holds a file of that name that is not a report's.
+    pub fn write(&self, folder: &OutputFolder) -> Result<(), Error> {
+        measurement::write_json(&folder.claim("results.json")?, &self.measurements)?;
+        measurement::write_csv(&folder.claim("results.csv")?, &self.measurements)?;
         let groups = groups(&self.measurements);
-        let parts = groups.iter().enumerate().map(|(index, group)| Part::new(index, group, &groups, folder));
+        let parts = groups.iter().enumerate().map(|(index, group)| Part::new(index, group, &groups, folder.path()));
         let parts: Vec<Part> = parts.collect::<Result<_, _>>()?;
         for plot in parts.iter().flat_map(Part::plots) {
-            write_text(&folder.join(format!("plots/{}.svg", plot.file)), &plot.drawing.file())?;
+            write_text(&folder.claim(&format!("plots/{}.svg", plot.file))?, &plot.drawing.file())?;
         }
-        write_text(&folder.join("tables.md"), &self.markdown(&parts))?;
-        write_text(&folder.join("index.html"), &html::page(self, &parts))
+        write_text(&folder.claim("tables.md")?, &self.markdown(&parts))?;
+        write_text(&folder.claim("index.html")?, &page::report_page(self, &parts))
     }
 
     fn markdown(&self, parts: &[Part]) -> String {
@@ -104,7 +109,8 @@ impl Report {
             ("Timed frames each", self.frames()),
             ("Command", self.command.clone()),
         ];
-        facts.into_iter().filter(|(_, value)| !value.is_empty()).collect()
+        let references = self.references.iter().map(|command| ("Reference", command.clone()));
+        facts.into_iter().chain(references).filter(|(_, value)| !value.is_empty()).collect()
     }
 
     fn frames(&self) -> String {
@@ -122,7 +128,8 @@ impl Report {
             let numbers = self.measurements.iter().enumerate().filter(|(_, row)| test(row)).map(|(index, _)| index + 1);
             numbers.map(|number| format!("#{number}")).collect::<Vec<_>>().join(", ")
         };
-        let is_nan = |row: &Measurement| measure::MEASURES.iter().any(|m| (m.value)(row).is_some_and(f64::is_nan));
+        let is_nan =
+            |row: &Measurement| METRICS.iter().any(|metric| row.errors.get(metric.id).is_some_and(f64::is_nan));
         let found = [
             (
                 rows(&|row| row.software_adapter),
@@ -134,10 +141,10 @@ impl Report {
                 rows(&|row| row.time_ms_p95 > 1.5 * row.time_ms_median),
                 "p95 is over 1.5 times the median: the machine was busy",
             ),
-            (rows(&is_nan), "a measure is NaN: the image holds a value that is not a number"),
+            (rows(&is_nan), "a metric is NaN: the image holds a value that is not a number"),
             (
-                rows(&|row| row.errors.truth_rel_error.is_some_and(|error| error > 0.05)),
-                "the truth's own standard error is over 5 %: small differences between rows mean nothing",
+                rows(&|row| row.errors.get(MetricId::TruthRelError).is_some_and(|error| error > 0.05)),
+                "the reference's own standard error is over 5 %: small differences between rows mean nothing",
             ),
         ];
         let count = self.measurements.len();
@@ -155,11 +162,11 @@ struct Part<'a> {
     trades: Vec<trade::Trade>,
     remark: Option<String>,
     slice: Option<slice::Slice>,
-    results: tables::Table,
-    temporal: Option<tables::Table>,
-    passes: Option<tables::Table>,
-    published: Vec<tables::Table>,
-    commands: Option<tables::Table>,
+    results: Table,
+    temporal: Option<Table>,
+    passes: Option<Table>,
+    published: Vec<Table>,
+    commands: Option<Table>,
     error_over_samples: Vec<plots::Named>,
     cost_per_pass: Option<plots::Named>,
 }
@@ -199,11 +206,11 @@ impl<'a> Part<'a> {
     }
 
     /// Those of tables.md: the frontier by what a viewer sees and by what the light's own error is.
-    fn tables(&self) -> impl Iterator<Item = &tables::Table> {
+    fn tables(&self) -> impl Iterator<Item = &Table> {
         let Self { slice, trades, results, temporal, passes, published, commands, .. } = self;
-        let told = |trade: &&trade::Trade| ["FLIP", "relMSE"].contains(&trade.measure.name);
+        let headline = |trade: &&trade::Trade| trade.metric.headline;
         let slice = slice.iter().map(|slice| &slice.table);
-        let trades = trades.iter().filter(told).map(|trade| &trade.table);
+        let trades = trades.iter().filter(headline).map(|trade| &trade.table);
         slice.chain(trades).chain([results]).chain(temporal).chain(passes).chain(published).chain(commands)
     }
 
@@ -218,11 +225,6 @@ impl<'a> Part<'a> {
 
 fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     write_whole(path, |file| file.write_all(text.as_bytes())).map_err(|error| Error::unwritable(path, error))
-}
-
-/// Text for the content or a quoted attribute of an HTML or SVG element.
-pub(crate) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

@@ -6,13 +6,12 @@ use std::{
     sync::{Mutex, MutexGuard, PoisonError},
 };
 
-use halflight_shared_shaders::{Binding, BindingKind, Shader};
+use halflight_shared_shaders::BindingKind;
 
 use crate::{
     Gpu, View,
-    gpu::known_shader,
-    plan::{FramePlan, Pass, Resource, ResourceId, ResourceKind},
-    uniform::{self, UniformValue},
+    plan::{FramePlan, Handle, Pass, Resource, ResourceId, ResourceKind},
+    uniform,
 };
 
 mod histories;
@@ -152,8 +151,8 @@ impl CompiledGraph {
             .resources
             .iter()
             .map(|resource| match &resource.kind {
-                ResourceKind::Data { bytes } => {
-                    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+                ResourceKind::Data { bytes, .. } => {
+                    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM;
                     Some(make_buffer(gpu, &resource.name, bytes, usage))
                 }
                 _ => None,
@@ -174,7 +173,8 @@ impl CompiledGraph {
                 _ => data.clone(),
             })
             .collect();
-        let block = |name| plan.passes.iter().flat_map(|pass| bindings(pass)).find(|b| b.name == name).map(|b| &b.kind);
+        let block =
+            |name| plan.passes.iter().flat_map(|pass| pass.shader.bindings()).find(|b| b.name == name).map(|b| &b.kind);
         let uniform = |label, size| {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
@@ -224,7 +224,7 @@ impl CompiledGraph {
             }
         }
         for ((old, new), buffer) in self.plan.resources.iter().zip(&plan.resources).zip(&self.buffers) {
-            if let (true, ResourceKind::Data { bytes }, Some(buffer)) = (old.kind != new.kind, &new.kind, buffer) {
+            if let (true, ResourceKind::Data { bytes, .. }, Some(buffer)) = (old.kind != new.kind, &new.kind, buffer) {
                 gpu.queue.write_buffer(buffer, 0, bytes);
             }
         }
@@ -268,24 +268,13 @@ impl CompiledGraph {
         (memory.last, memory.still_frames) = (None, 0);
     }
 
-    /// Replaces values of the uniform block `params` of a pass; its other fields keep those of the plan. Nothing
-    /// happens where the plan has no such pass.
-    pub fn write_params(&self, gpu: &Gpu, pass: &str, values: &[(&'static str, UniformValue)]) {
-        let planned = self.plan.passes.iter().zip(&self.params).find(|(planned, _)| planned.name == pass);
-        let Some((planned, Some(buffer))) = planned else { return };
-        let kept = planned.params.iter().filter(|(field, _)| values.iter().all(|(name, _)| name != field));
-        let all: Vec<_> = values.iter().chain(kept).cloned().collect();
-        if let Some(BindingKind::Uniform { size, members }) = params_layout(planned) {
-            gpu.queue.write_buffer(buffer, 0, &uniform::pack(*size, members, &all, pass));
-        }
-    }
-
-    /// Replaces the contents of a buffer of the plan, which must have as many bytes. Nothing happens where the plan has
-    /// no such buffer.
-    pub fn write_data(&self, gpu: &Gpu, resource: &str, bytes: &[u8]) {
-        let index = self.plan.resources.iter().position(|r| r.name == resource);
-        if let Some(buffer) = index.and_then(|index| self.buffers[index].as_ref()) {
-            gpu.queue.write_buffer(buffer, 0, bytes);
+    /// Replaces the contents of every buffer that depends on a handle by what `contents` has for it now, as many bytes as
+    /// before. Whichever pass reads such a buffer, under whatever name, sees them in the next frame.
+    pub fn write_changed(&self, gpu: &Gpu, mut contents: impl FnMut(Handle) -> Vec<u8>) {
+        for (resource, buffer) in self.plan.resources.iter().zip(&self.buffers) {
+            if let (ResourceKind::Data { handle: Some(handle), .. }, Some(buffer)) = (&resource.kind, buffer) {
+                gpu.queue.write_buffer(buffer, 0, &contents(*handle));
+            }
         }
     }
 
@@ -344,7 +333,7 @@ impl CompiledGraph {
         if let Some(BindingKind::Uniform { size, members }) = self.view_layout {
             gpu.queue.write_buffer(&self.views[0], 0, &view.pack(*size, members));
             for (other, buffer) in self.plan.views.iter().zip(&self.views[1..]) {
-                gpu.queue.write_buffer(buffer, 0, &view.from_planned(other).pack(*size, members));
+                gpu.queue.write_buffer(buffer, 0, &view.of_planned(other).pack(*size, members));
             }
         }
         let mut memory = self.memory();
@@ -356,7 +345,7 @@ impl CompiledGraph {
             gpu.queue.write_buffer(&buffers[0], 0, &block);
             for (other, buffer) in self.plan.views.iter().zip(&buffers[1..]) {
                 // Further views stand still: where one has a frame before at all, it was seen from the same place.
-                let own = view.from_planned(other);
+                let own = view.of_planned(other);
                 let block = own.pack_previous(before.map(|_| &own), memory.still_frames, *size, members);
                 gpu.queue.write_buffer(buffer, 0, &block);
             }
@@ -477,13 +466,15 @@ fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {
     let same_resource = |(old, new): (&Resource, &Resource)| {
         old.name == new.name
             && match (&old.kind, &new.kind) {
-                (ResourceKind::Data { bytes: old }, ResourceKind::Data { bytes: new }) => old.len() == new.len(),
+                (ResourceKind::Data { bytes: old, handle: a }, ResourceKind::Data { bytes: new, handle: b }) => {
+                    (old.len(), a) == (new.len(), b)
+                }
                 (old, new) => old == new,
             }
     };
     let same_pass = |(old, new): (&Pass, &Pass)| {
-        (&old.name, &old.shader, &old.constants, &old.bindings, &old.cleared, &old.work)
-            == (&new.name, &new.shader, &new.constants, &new.bindings, &new.cleared, &new.work)
+        (&old.name, old.shader, &old.constants, &old.bindings, &old.cleared, &old.work)
+            == (&new.name, new.shader, &new.constants, &new.bindings, &new.cleared, &new.work)
     };
     old.display_size == new.display_size
         && old.views == new.views
@@ -494,26 +485,9 @@ fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {
         && old.passes.iter().zip(&new.passes).all(same_pass)
 }
 
-/// Distinct resource variables of a pass's shader.
-fn bindings(pass: &Pass) -> Vec<&'static Binding> {
-    bindings_of(known_shader(&pass.shader))
-}
-
-/// Distinct resource variables of a shader.
-fn bindings_of(shader: &'static Shader) -> Vec<&'static Binding> {
-    let mut all: Vec<&Binding> = Vec::new();
-    for binding in shader.entry_points.iter().flat_map(|entry| entry.bindings) {
-        if !all.iter().any(|other| other.name == binding.name) {
-            all.push(binding);
-        }
-    }
-    all
-}
-
 /// Layout of the uniform block that holds a pass's own values.
 fn params_layout(pass: &Pass) -> Option<&'static BindingKind> {
-    let own = |b: &&Binding| matches!(b.kind, BindingKind::Uniform { .. }) && !["view", "previous"].contains(&b.name);
-    bindings(pass).into_iter().find(own).map(|binding| &binding.kind)
+    pass.shader.bindings().find(|binding| binding.name == "params").map(|binding| &binding.kind)
 }
 
 fn params_of(gpu: &Gpu, pass: &Pass) -> Option<wgpu::Buffer> {

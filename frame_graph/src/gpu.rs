@@ -5,7 +5,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use halflight_shared_shaders::{EntryPoint, Shader, shader};
+use halflight_shared_shaders::{EntryPoint, Shader};
 
 /// A device and its queue with a cache of what was compiled on it. Pipelines are made on first use.
 pub struct Gpu {
@@ -191,12 +191,4 @@ impl Gpu {
         self.render.lock().unwrap_or_else(PoisonError::into_inner).insert(key, pipeline.clone());
         pipeline
     }
-}
-
-/// The shader of this name. The names are written in this crate and a test resolves each of them.
-///
-/// # Panics
-/// Where the name is not in the shader crate: a mistake in this crate, not in anybody's input.
-pub fn known_shader(name: &str) -> &'static Shader {
-    shader(name).unwrap_or_else(|| panic!("no shader is called {name}"))
 }

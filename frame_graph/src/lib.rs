@@ -14,8 +14,7 @@ mod view;
 pub use compiled::{CompiledGraph, Externals, PassTime, Provider, Triangles};
 pub use gpu::Gpu;
 pub use plan::{
-    Draw, FramePlan, History, Part, Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Work,
-    bytes_in_words, variant,
+    Draw, FramePlan, Handle, History, Part, Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Work,
+    bytes_in_words,
 };
-pub use uniform::UniformValue;
 pub use view::{Continuity, View};

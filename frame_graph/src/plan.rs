@@ -3,10 +3,8 @@
 use std::{collections::BTreeMap, fmt};
 
 use glam::Mat4;
-use halflight_shared_shaders::BindingKind;
+use halflight_shared_shaders::{BindingKind, Call, Shader, UniformValue};
 use serde::Serialize;
-
-use crate::{gpu::known_shader, uniform::UniformValue};
 
 mod display;
 
@@ -15,6 +13,16 @@ pub use display::bytes_in_words;
 /// A texture or buffer of a plan, by its place in [`FramePlan::resources`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct ResourceId(pub usize);
+
+/// Something that changes between frames, such as what a light looks at. The caller chooses the kinds and gives new
+/// contents by handle: see [`crate::CompiledGraph::write_changed`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct Handle {
+    /// What it is, by a name of the caller.
+    pub kind: &'static str,
+    /// Which one of its kind.
+    pub index: u32,
+}
 
 /// What a resource is made of.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,11 +37,13 @@ pub enum ResourceKind {
         #[serde(serialize_with = "as_debug")]
         format: wgpu::TextureFormat,
     },
-    /// A buffer filled once with these bytes.
+    /// A buffer filled with these bytes; once, or anew where what they depend on changes.
     Data {
         /// Contents.
         #[serde(skip)]
         bytes: Vec<u8>,
+        /// What they depend on; `None` where they never change.
+        handle: Option<Handle>,
     },
     /// A storage buffer that passes write.
     Buffer {
@@ -53,6 +63,10 @@ pub enum ResourceKind {
         #[serde(serialize_with = "as_debug")]
         format: wgpu::TextureFormat,
     },
+}
+
+fn name_of_shader<S: serde::Serializer>(shader: &&'static Shader, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(shader.name)
 }
 
 fn as_debug<S: serde::Serializer>(value: &impl fmt::Debug, serializer: S) -> Result<S::Ok, S::Error> {
@@ -89,7 +103,7 @@ impl Resource {
             ResourceKind::Previous { size: [w, h], format, .. } => {
                 u64::from(*w) * u64::from(*h) * u64::from(format.block_copy_size(None).unwrap_or(4))
             }
-            ResourceKind::Data { bytes } => bytes.len() as u64,
+            ResourceKind::Data { bytes, .. } => bytes.len() as u64,
             ResourceKind::Buffer { size } => *size,
             ResourceKind::External => 0,
         }
@@ -121,8 +135,9 @@ pub enum Part {
 /// Triangles that a pass draws, and the shader that draws them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Draw {
-    /// Name of the shader: the pass's own, or a variant of it that binds no more than the pass does.
-    pub shader: String,
+    /// The pass's own shader, or a variant of it that binds no more than the pass does.
+    #[serde(serialize_with = "name_of_shader")]
+    pub shader: &'static Shader,
     /// Name under which the caller gives the triangles (see [`crate::Provider::triangles`]).
     pub triangles: &'static str,
 }
@@ -172,8 +187,9 @@ pub struct PlannedView {
 pub struct Pass {
     /// Unique name; timings and tables use it.
     pub name: String,
-    /// Shader, by name.
-    pub shader: String,
+    /// The shader.
+    #[serde(serialize_with = "name_of_shader")]
+    pub shader: &'static Shader,
     /// Values of pipeline-overridable constants that the shader has.
     pub constants: Vec<(&'static str, f64)>,
     /// Resources by the name of the WGSL variable.
@@ -198,7 +214,7 @@ pub struct Pass {
 impl Pass {
     /// Resources that the pass reads, then those that it writes.
     pub fn reads_and_writes(&self) -> (Vec<ResourceId>, Vec<ResourceId>) {
-        let shader = known_shader(&self.shader);
+        let shader = self.shader;
         let writes =
             |name: &str| {
                 shader.entry_points.iter().flat_map(|entry| entry.bindings).filter(|b| b.name == name).any(|b| {
@@ -321,7 +337,28 @@ impl FramePlan {
 
     /// Adds a buffer with contents.
     pub fn data(&mut self, name: impl Into<String>, bytes: Vec<u8>, reason: impl Into<String>) -> ResourceId {
-        self.resource(name, ResourceKind::Data { bytes }, reason)
+        self.resource(name, ResourceKind::Data { bytes, handle: None }, reason)
+    }
+
+    /// The buffer whose contents depend on this handle, added where the plan has none yet. All views share it.
+    pub fn changing_data(
+        &mut self,
+        handle: Handle,
+        name: impl Into<String>,
+        bytes: impl FnOnce() -> Vec<u8>,
+        reason: impl Into<String>,
+    ) -> ResourceId {
+        let depends =
+            |kind: &ResourceKind| matches!(kind, ResourceKind::Data { handle: Some(own), .. } if *own == handle);
+        let known = self.resources.iter().position(|resource| depends(&resource.kind));
+        known.map_or_else(
+            || {
+                let kind = ResourceKind::Data { bytes: bytes(), handle: Some(handle) };
+                self.resources.push(Resource { name: name.into(), kind, reason: reason.into() });
+                ResourceId(self.resources.len() - 1)
+            },
+            ResourceId,
+        )
     }
 
     /// Adds a storage buffer of this many bytes.
@@ -346,22 +383,24 @@ impl FramePlan {
         ResourceId(self.resources.len() - 1)
     }
 
-    /// Begins a pass of this name that runs this shader; [`PassBuilder::over`] or
-    /// [`PassBuilder::draw`] adds it.
-    pub fn pass(&mut self, part: Part, name: impl Into<String>, shader: impl Into<String>) -> PassBuilder<'_> {
+    /// Begins a pass of this name: one run of a shader. [`PassBuilder::over`], [`PassBuilder::draw`] or
+    /// [`PassBuilder::voxelize`] adds it.
+    pub fn pass(&mut self, part: Part, name: impl Into<String>, call: impl Into<Call<ResourceId>>) -> PassBuilder<'_> {
         let (name, view) = (self.in_view(name.into()), self.view);
         let part = if view.is_some() { Part::Technique } else { part };
+        let Call { shader, bindings, params, constants } = call.into();
+        let work = Work::Dispatch { entry: shader.entry_points[0].name, size: [1, 1] };
         PassBuilder {
             plan: self,
             pass: Pass {
                 name,
-                shader: shader.into(),
-                constants: Vec::new(),
-                bindings: Vec::new(),
-                params: Vec::new(),
+                shader,
+                constants,
+                bindings,
+                params,
                 cleared: Vec::new(),
+                work,
                 once: false,
-                work: Work::Dispatch { entry: "", size: [0, 0] },
                 part,
                 view,
                 reason: String::new(),
@@ -395,25 +434,6 @@ pub struct PassBuilder<'a> {
 }
 
 impl PassBuilder<'_> {
-    /// Binds a resource to the WGSL variable of this name.
-    pub fn bind(mut self, variable: &'static str, resource: ResourceId) -> Self {
-        self.pass.bindings.push((variable, resource));
-        self
-    }
-
-    /// Sets a field of the uniform block `params`.
-    pub fn param(mut self, field: &'static str, value: impl Into<UniformValue>) -> Self {
-        self.pass.params.push((field, value.into()));
-        self
-    }
-
-    /// Sets those of the constants that the shader declares.
-    pub fn constants(mut self, constants: &[(&'static str, f64)]) -> Self {
-        let overrides = known_shader(&self.pass.shader).overrides;
-        self.pass.constants.extend(constants.iter().filter(|(name, _)| overrides.contains(name)));
-        self
-    }
-
     /// Sets a buffer to zero before the pass.
     pub fn clear(mut self, buffer: ResourceId) -> Self {
         self.pass.cleared.push(buffer);
@@ -435,7 +455,7 @@ impl PassBuilder<'_> {
 
     /// Adds the pass: its compute shader over this many invocations.
     pub fn over(mut self, size: [u32; 2]) {
-        let entry = known_shader(&self.pass.shader).entry_points[0].name;
+        let entry = self.pass.shader.entry_points[0].name;
         self.pass.work = Work::Dispatch { entry, size };
         self.plan.passes.push(self.pass);
     }
@@ -444,12 +464,13 @@ impl PassBuilder<'_> {
     /// the pass's.
     pub fn draw(
         mut self,
-        triangles: impl IntoIterator<Item = (&'static str, Option<String>)>,
+        triangles: impl IntoIterator<Item = (&'static str, Option<&'static Shader>)>,
         targets: Vec<ResourceId>,
         depth: (ResourceId, u32),
     ) {
-        let shader = |shader: Option<String>| shader.unwrap_or_else(|| self.pass.shader.clone());
-        let draws = triangles.into_iter().map(|(triangles, own)| Draw { shader: shader(own), triangles }).collect();
+        let own = self.pass.shader;
+        let draw = |(triangles, shader): (_, Option<_>)| Draw { shader: shader.unwrap_or(own), triangles };
+        let draws = triangles.into_iter().map(draw).collect();
         self.pass.work = Work::Draw { draws, targets, depth };
         self.plan.passes.push(self.pass);
     }
@@ -459,9 +480,4 @@ impl PassBuilder<'_> {
         self.pass.work = Work::Voxelize { target, triangles };
         self.plan.passes.push(self.pass);
     }
-}
-
-/// The name of a shader's variant with those of these features that are on.
-pub fn variant(shader: &str, features: &[(&str, bool)]) -> String {
-    features.iter().filter(|(_, on)| *on).fold(shader.to_owned(), |name, (feature, _)| format!("{name}+{feature}"))
 }

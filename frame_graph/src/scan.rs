@@ -1,11 +1,17 @@
 //! Looks, on the device, through every texture and buffer that a frame wrote: how many values are NaN, infinite, below
 //! zero or clamped, and how large the largest is. A few words come back instead of all that was written.
 
+use halflight_shared_shaders::{
+    Call,
+    scan::{
+        scan_buffer::{self, ScanBuffer},
+        scan_texture::{self, ScanTexture},
+    },
+};
 use wgpu::TextureFormat as Format;
 
 use crate::{
     CompiledGraph, Gpu,
-    gpu::known_shader,
     plan::{FramePlan, ResourceId, ResourceKind},
 };
 
@@ -47,14 +53,15 @@ const STRIDE: u64 = 256;
 /// Bytes of a tally: five words.
 const TALLY: u64 = 20;
 /// LARGEST_FLOAT16 and LARGEST_RADIANCE of common/math.wgsl.
-const LARGEST_FLOAT16: f64 = 65504.0;
-const LARGEST_RADIANCE: f64 = 1e30;
-/// Invocations in a row of the dispatch over a buffer, ROW of scan_buffer.wgsl.
-const ROW: u64 = 65536;
+const LARGEST_FLOAT16: f32 = 65504.0;
+const LARGEST_RADIANCE: f32 = 1e30;
+/// Invocations in a row of the dispatch over a buffer: a dispatch is two-dimensional, because a browser starts at most
+/// 65,535 workgroups along one axis.
+const ROW: u32 = 65536;
 
 /// A pass of the scan.
 enum Target<'a> {
-    Layer { texture: &'a wgpu::Texture, layer: u32, shader: &'static str, channels: u32, limit: f64 },
+    Layer { texture: &'a wgpu::Texture, layer: u32, how: How },
     Buffer(&'a wgpu::Buffer),
 }
 
@@ -70,14 +77,11 @@ impl Scan {
             match &resource.kind {
                 ResourceKind::Texture { .. } | ResourceKind::Previous { .. } => {
                     let Some(texture) = recording.texture(id) else { continue };
-                    let Some((shader, channels, limit)) = how(texture.format()) else { continue };
+                    let Some(how) = how(texture.format()) else { continue };
                     let layers = texture.depth_or_array_layers();
                     let values = u64::from(texture.width()) * u64::from(texture.height()) * u64::from(layers);
-                    targets.extend(
-                        (0..layers)
-                            .map(|layer| (items.len(), Target::Layer { texture, layer, shader, channels, limit })),
-                    );
-                    items.push((resource.name.clone(), values * u64::from(channels)));
+                    targets.extend((0..layers).map(|layer| (items.len(), Target::Layer { texture, layer, how })));
+                    items.push((resource.name.clone(), values * u64::from(how.channels)));
                 }
                 ResourceKind::Buffer { size } if holds_floats(plan, id) => {
                     let Some(buffer) = recording.buffer(id) else { continue };
@@ -134,16 +138,27 @@ impl Scan {
     }
 }
 
-/// The shader that reads a format, how many of its channels count, and the largest number that it is given; `None` for
-/// whole numbers and for depth tests, which the rasteriser keeps between 0 and 1.
-fn how(format: Format) -> Option<(&'static str, u32, f64)> {
+/// How a texture is read.
+#[derive(Clone, Copy)]
+struct How {
+    /// Whether its texels are words, of which the first is a float.
+    words: bool,
+    /// Channels that count.
+    channels: u32,
+    /// Largest number that the format is given.
+    limit: f32,
+}
+
+/// How to read a format; `None` for whole numbers and for depth tests, which the rasteriser keeps between 0 and 1.
+fn how(format: Format) -> Option<How> {
+    let channels = u32::from(format.components());
     Some(match format {
-        Format::Rgba32Uint | Format::Rg32Uint => ("scan/scan_texture+words", 1, LARGEST_RADIANCE),
+        Format::Rgba32Uint | Format::Rg32Uint => How { words: true, channels: 1, limit: LARGEST_RADIANCE },
         Format::R16Float | Format::Rg16Float | Format::Rgba16Float => {
-            ("scan/scan_texture", u32::from(format.components()), LARGEST_FLOAT16)
+            How { words: false, channels, limit: LARGEST_FLOAT16 }
         }
         Format::R32Float | Format::Rg32Float | Format::Rgba32Float => {
-            ("scan/scan_texture", u32::from(format.components()), LARGEST_RADIANCE)
+            How { words: false, channels, limit: LARGEST_RADIANCE }
         }
         _ => return None,
     })
@@ -154,8 +169,7 @@ fn holds_floats(plan: &FramePlan, id: ResourceId) -> bool {
     plan.passes.iter().any(|pass| {
         pass.bindings.iter().filter(|(_, bound)| *bound == id).any(|(variable, _)| {
             let declaration = format!("> {variable}: ");
-            let source = known_shader(&pass.shader).source;
-            let rest = source.split_once(&declaration).map(|(_, rest)| rest);
+            let rest = pass.shader.source.split_once(&declaration).map(|(_, rest)| rest);
             let kind = rest.and_then(|rest| rest.split(';').next()).unwrap_or_default();
             ["f32", "vec2f", "vec3f", "vec4f"].iter().any(|float| kind.contains(float))
         })
@@ -164,24 +178,26 @@ fn holds_floats(plan: &FramePlan, id: ResourceId) -> bool {
 
 /// The largest number that a texture of this format is given: values at it were clamped.
 pub fn largest_number(format: Format) -> f32 {
-    how(format).map_or(LARGEST_RADIANCE, |(_, _, limit)| limit) as f32
+    how(format).map_or(LARGEST_RADIANCE, |how| how.limit)
 }
 
 fn record_target(gpu: &Gpu, pass: &mut wgpu::ComputePass, target: &Target, tallies: &wgpu::Buffer, offset: u64) {
-    let (name, constants, workgroups) = match *target {
-        Target::Layer { texture, shader, channels, limit, .. } => (
-            shader,
-            vec![("LIMIT", limit), ("CHANNELS", f64::from(channels))],
-            [texture.width().div_ceil(16), texture.height().div_ceil(16)],
-        ),
+    // Resources are bound by index below.
+    let (scanned, tally) = ((), ());
+    let (call, workgroups) = match *target {
+        Target::Layer { texture, how: How { words, channels, limit }, .. } => {
+            let constants = scan_texture::Constants { limit, channels };
+            let groups = [texture.width().div_ceil(16), texture.height().div_ceil(16)];
+            (Call::from(ScanTexture { scanned, tally, words, constants }), groups)
+        }
         Target::Buffer(buffer) => {
-            let words = buffer.size() / 4;
-            let groups = [words.min(ROW).div_ceil(256) as u32, words.div_ceil(ROW) as u32];
-            ("scan/scan_buffer", vec![("LIMIT", LARGEST_RADIANCE)], groups)
+            let (words, row) = (buffer.size() / 4, u64::from(ROW));
+            let constants = scan_buffer::Constants { limit: LARGEST_RADIANCE, row: ROW };
+            let groups = [words.min(row).div_ceil(256) as u32, words.div_ceil(row) as u32];
+            (Call::from(ScanBuffer { scanned, tally, constants }), groups)
         }
     };
-    let shader = known_shader(name);
-    let pipeline = gpu.compute_pipeline(shader, &shader.entry_points[0], &constants);
+    let pipeline = gpu.compute_pipeline(call.shader, &call.shader.entry_points[0], &call.constants);
     let view = match *target {
         Target::Layer { texture, layer, .. } => Some(texture.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2),

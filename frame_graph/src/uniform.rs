@@ -1,56 +1,6 @@
 //! Uniform blocks, packed from named values by the layout that the shader declares.
 
-use glam::Mat4;
-use halflight_shared_shaders::Member;
-use serde::Serialize;
-
-/// A value of a field of a uniform block.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub enum UniformValue {
-    /// `u32`.
-    U32(u32),
-    /// `f32`.
-    F32(f32),
-    /// `vec2f`.
-    Vec2([f32; 2]),
-    /// `mat4x4f`, column-major.
-    Mat4([f32; 16]),
-}
-
-impl From<u32> for UniformValue {
-    fn from(value: u32) -> Self {
-        Self::U32(value)
-    }
-}
-
-impl From<f32> for UniformValue {
-    fn from(value: f32) -> Self {
-        Self::F32(value)
-    }
-}
-
-impl From<[f32; 2]> for UniformValue {
-    fn from(value: [f32; 2]) -> Self {
-        Self::Vec2(value)
-    }
-}
-
-impl From<Mat4> for UniformValue {
-    fn from(value: Mat4) -> Self {
-        Self::Mat4(value.to_cols_array())
-    }
-}
-
-impl UniformValue {
-    fn bytes(&self) -> &[u8] {
-        match self {
-            Self::U32(v) => bytemuck::bytes_of(v),
-            Self::F32(v) => bytemuck::bytes_of(v),
-            Self::Vec2(v) => bytemuck::bytes_of(v),
-            Self::Mat4(v) => bytemuck::bytes_of(v),
-        }
-    }
-}
+use halflight_shared_shaders::{Member, UniformValue};
 
 /// Packs named values into a block of this layout.
 ///
@@ -59,7 +9,7 @@ impl UniformValue {
 /// the test suite is packed, so this cannot reach a user.
 pub fn pack(size: u32, members: &[Member], values: &[(&str, UniformValue)], what: &str) -> Vec<u8> {
     let mut block = vec![0; size as usize];
-    for member in members {
+    for member in members.iter().filter(|member| !member.name.starts_with("unused")) {
         let (_, value) = values
             .iter()
             .find(|(name, _)| *name == member.name)

@@ -48,7 +48,7 @@ impl View {
     }
 
     /// What another view of the plan, which is static, sees in the same frame.
-    pub(crate) fn from_planned(&self, view: &PlannedView) -> Self {
+    pub(crate) fn of_planned(&self, view: &PlannedView) -> Self {
         Self { world_to_view: view.world_to_view, tan_half_fov: view.tan_half_fov, ..*self }
     }
 
@@ -98,7 +98,7 @@ impl View {
     ) -> Vec<u8> {
         let from = before.unwrap_or(self);
         let values = [
-            ("view_to_previous", self.way_back(from, &Mat4::IDENTITY, &Mat4::IDENTITY).into()),
+            ("view_to_previous", self.way_back(from, &Mat4::IDENTITY, &Mat4::IDENTITY).to_cols_array_2d().into()),
             ("tan_half_fov", from.tan_half_fov.into()),
             ("valid", u32::from(before.is_some()).into()),
             ("still_frames", still_frames.into()),
@@ -109,8 +109,8 @@ impl View {
     /// The uniform block `view` in this layout.
     pub(crate) fn pack(&self, size: u32, members: &[Member]) -> Vec<u8> {
         let values = [
-            ("world_to_view", self.world_to_view.into()),
-            ("view_to_world", self.world_to_view.inverse().into()),
+            ("world_to_view", self.world_to_view.to_cols_array_2d().into()),
+            ("view_to_world", self.world_to_view.inverse().to_cols_array_2d().into()),
             ("tan_half_fov", self.tan_half_fov.into()),
             ("display_size", self.display_size.map(|v| v as f32).into()),
             ("near", self.near.into()),

@@ -5,6 +5,7 @@
 //! SCENE is a scene file, an OBJ file or the name of a bundled generator (default: atrium); ADAPTER is `any`,
 //! `software`, `gpu` or a name; BOUNCES defaults to 1. The rate counts primary, bounce and shadow rays. On a machine
 //! with other work the rate per processor second is the steadier figure.
+#![allow(clippy::disallowed_macros, reason = "an example for developers")]
 
 use std::{error::Error, path::Path, time::Instant};
 

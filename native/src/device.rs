@@ -37,7 +37,7 @@ impl From<&str> for AdapterChoice {
     }
 }
 
-/// Why no device could be opened: one sentence with the mend.
+/// Why no device could be opened: one sentence with the fix.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct DeviceError(String);

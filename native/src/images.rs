@@ -7,7 +7,7 @@ mod exr_file;
 mod png_file;
 
 pub use exr_file::Precision;
-pub use halflight_renderer::tone::{Rgb, auto_exposure, luminance, srgb_decode, srgb_encode, tone_map, tone_map_all};
+pub use halflight_metrics::tone::{Rgb, auto_exposure, luminance, srgb_decode, srgb_encode, tone_map, tone_map_all};
 pub use png_file::{read_png, write_png, write_png_srgb8};
 
 /// Why an image file could not be read or written: one sentence that names the file.

@@ -1,10 +1,12 @@
-//! This computer: a device without a window, image files and a cache on disk.
+//! What needs this computer: a device without a window, waiting and reading back, image files, the path-traced
+//! reference and its cache on disk.
 
 pub mod cache;
 mod device;
 pub mod files;
 pub mod frames;
 pub mod images;
+pub mod scene_hash;
 pub mod truth;
 
 pub use device::{AdapterChoice, DeviceError, NativeGpu, adapters};

@@ -1,12 +1,14 @@
 //! The viewer in a desktop window: `halflight [STATE]`, where STATE is the part of a link after the #.
 
 use std::{
-    env, fs,
+    env,
     process::ExitCode,
     sync::{Arc, Mutex, PoisonError},
 };
 
 use eframe::egui::{self, ViewportBuilder, ViewportCommand};
+use halflight_native::files::write_new;
+use halflight_output::{PrintError, terminal};
 use halflight_viewer::{Host, Viewer, configuration};
 
 const HELP: &str = "\
@@ -37,8 +39,8 @@ impl Host for Window {
 
     fn save(&mut self, name: &str, contents: &[u8]) -> String {
         let folder = env::current_dir().unwrap_or_default();
-        match fs::write(folder.join(name), contents) {
-            Ok(()) => format!("{name} was saved in {}", folder.display()),
+        match write_new(&folder, name, contents) {
+            Ok(name) => format!("{name} is saved in {}", folder.display()),
             Err(error) => {
                 format!("{name} cannot be written to {} ({error}); start halflight in another folder", folder.display())
             }
@@ -54,28 +56,37 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let address = match arguments.as_slice() {
         [flag] if ["-h", "--help"].contains(&flag.as_str()) => {
-            print!("{HELP}");
-            return ExitCode::SUCCESS;
+            return match terminal::print(HELP) {
+                Ok(()) | Err(PrintError::Closed) => ExitCode::SUCCESS,
+                Err(error) => {
+                    terminal::note(format_args!("error: {error}"));
+                    ExitCode::from(error.exit_code())
+                }
+            };
         }
         [] => String::new(),
         [state] => state.trim_start_matches('#').to_owned(),
         [_, extra, ..] => {
-            eprintln!("error: unexpected argument {extra}: give one state, in quotes because it contains &");
+            terminal::note(format_args!(
+                "error: unexpected argument {extra}: give one state, in quotes because it contains &"
+            ));
             return ExitCode::from(2);
         }
     };
     let address = Arc::new(Mutex::new(address));
     for _ in 0..=MOST_LOSSES {
         match open(&address) {
-            Ok(true) => eprintln!("the graphics device was lost; reopening the window"),
+            Ok(true) => terminal::note("the graphics device was lost; reopening the window"),
             Ok(false) => return ExitCode::SUCCESS,
             Err(error) => {
-                eprintln!("error: {error}: check that there is a display and a Vulkan, Metal or DirectX 12 driver");
+                terminal::note(format_args!(
+                    "error: {error}: check that there is a display and a Vulkan, Metal or DirectX 12 driver"
+                ));
                 return ExitCode::FAILURE;
             }
         }
     }
-    eprintln!("error: the graphics device was lost several times: use a smaller size or fewer samples");
+    terminal::note("error: the graphics device was lost several times: use a smaller size or fewer samples");
     ExitCode::FAILURE
 }
 
@@ -93,7 +104,7 @@ fn open(address: &Arc<Mutex<String>>) -> eframe::Result<bool> {
             let start = address.lock().unwrap_or_else(PoisonError::into_inner).clone();
             let ctx: egui::Context = context.egui_ctx.clone();
             let viewer = Viewer::new(context, Box::new(Window { address }), &start, move |reason| {
-                eprintln!("{reason}");
+                terminal::note(reason);
                 *set_lost.lock().unwrap_or_else(PoisonError::into_inner) = true;
                 ctx.send_viewport_cmd(ViewportCommand::Close);
             })?;

@@ -1,4 +1,4 @@
-//! Truth on this computer: traced to the end, kept on disk, continued where an earlier run stopped.
+//! The path-traced reference on this computer. Traced samples are kept on disk, and a later call continues from them.
 
 use std::{
     cell::OnceCell,
@@ -10,14 +10,17 @@ use halflight_renderer::{
     scene::SceneBuffers,
     truth::{Progress, Request, State, Stop, Trace, Tracer, Truth, TruthError},
 };
-use halflight_scenes::{Camera, Environment, Light, Material, Mesh, Scene, Texture};
+use halflight_scenes::{Camera, Scene};
 
-use crate::cache::{Cache, Inputs, Key};
+use crate::{
+    cache::{Cache, Key, KeyInputs},
+    scene_hash::scene_hash,
+};
 
 /// Time between two copies of an unfinished trace on disk.
 const CHECKPOINT: Duration = Duration::from_secs(20);
-/// Raised when stored sums change their meaning.
-const FORMAT: u32 = 2;
+/// Raised when stored sums change their meaning, or when the code that prepares the tracer's buffers changes its result.
+const FORMAT: u32 = 3;
 
 /// Traces one scene, through a cache where there is one. The BVH is built when the cache first lacks something.
 pub struct TruthSource<'a> {
@@ -25,7 +28,7 @@ pub struct TruthSource<'a> {
     scene: &'a Scene,
     cache: Option<Cache>,
     tracer: OnceCell<Tracer>,
-    scene_inputs: OnceCell<Inputs>,
+    scene_hash: OnceCell<Key>,
 }
 
 /// Truth and where it came from.
@@ -46,9 +49,9 @@ pub struct Traced {
 }
 
 impl<'a> TruthSource<'a> {
-    /// A source of truth for this scene.
+    /// A source of references for this scene.
     pub fn new(gpu: &'a Gpu, scene: &'a Scene, cache: Option<Cache>) -> Self {
-        Self { gpu, scene, cache, tracer: OnceCell::new(), scene_inputs: OnceCell::new() }
+        Self { gpu, scene, cache, tracer: OnceCell::new(), scene_hash: OnceCell::new() }
     }
 
     /// Traces until the stop criterion holds. The cache may hold more samples than asked for; then they are all used.
@@ -149,60 +152,14 @@ impl<'a> TruthSource<'a> {
 
     /// Hash of everything that the sums depend on: scene, request and shader.
     fn key(&self, request: &Request) -> Key {
-        let mut inputs = self.scene_inputs.get_or_init(|| scene_inputs(self.scene)).clone();
-        // Destructured, so that a new field is not forgotten here.
+        let mut inputs = KeyInputs::default();
+        inputs.add(&[FORMAT]).add_text(self.scene_hash.get_or_init(|| scene_hash(self.scene)).as_str());
+        // Destructured, so that a new field cannot be left out.
         let Request { camera, size, bounce1, bounces, on_screen, glossy, ambient_occlusion, seed } = request;
         let Camera { eye, target, up, vertical_fov_degrees } = camera;
         inputs.add(&[*eye, *target, *up]).add(&[*vertical_fov_degrees]).add(size);
         inputs.add(&[u32::from(*bounce1), *bounces, u32::from(*on_screen), u32::from(*glossy), *seed]);
-        inputs.add(ambient_occlusion.as_slice()).add(halflight_renderer::truth::shader_source().as_bytes());
+        inputs.add(ambient_occlusion.as_slice()).add_text(halflight_renderer::truth::shader_source());
         inputs.key()
     }
-}
-
-fn scene_inputs(scene: &Scene) -> Inputs {
-    let mut inputs = Inputs::default();
-    inputs.add(&[FORMAT, scene.meshes.len() as u32, scene.materials.len() as u32, scene.textures.len() as u32]);
-    for Mesh { name: _, positions, normals, uvs, indices, material, object: _, model: _ } in &scene.meshes {
-        inputs.add(positions).add(normals).add(uvs).add(indices).add(&[*material as u64]);
-    }
-    for material in &scene.materials {
-        // Motion is not traced: whoever traces a moving scene gives it posed.
-        let Material {
-            name: _,
-            albedo,
-            albedo_texture,
-            alpha_texture,
-            emission,
-            specular,
-            phong_exponent,
-            translucency,
-            absorption,
-            receive_only,
-        } = material;
-        let textures = [albedo_texture, alpha_texture].map(|t| t.map_or(u64::MAX, |index| index as u64));
-        inputs
-            .add(&[*albedo, *emission, *specular, *translucency, *absorption])
-            .add(&[*phong_exponent])
-            .add(&[u32::from(*receive_only)])
-            .add(&textures);
-    }
-    for Texture { name: _, width, height, rgba } in &scene.textures {
-        inputs.add(&[*width, *height]).add(rgba);
-    }
-    if let Some(Environment { map: _, width, height, texels }) = &scene.environment {
-        inputs.add(&[*width, *height]).add(texels);
-    }
-    for light in &scene.lights {
-        match *light {
-            Light::Directional { direction, irradiance } => inputs.add(&[direction, irradiance]),
-            Light::Point { position, intensity } => inputs.add(&[position, intensity]).add(&[0u32]),
-            Light::Spot { position, direction, intensity, half_angle_degrees, full_intensity_half_angle_degrees } => {
-                inputs
-                    .add(&[position, direction, intensity])
-                    .add(&[half_angle_degrees, full_intensity_half_angle_degrees])
-            }
-        };
-    }
-    inputs
 }

@@ -2,10 +2,14 @@
 
 mod surfaces;
 
-use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_shared_shaders::{
+    composite::{self, Composite},
+    sky::Sky,
+    source::Source,
+};
 use wgpu::TextureFormat as Format;
 
-pub(crate) use self::surfaces::shadow_entries;
 use self::surfaces::{GBuffer, LookedUp, SceneResources, Shadows, plan_direct, plan_gbuffer, plan_shadows};
 use crate::{
     gi::{ExtraView, GBufferNeeds, Inputs, MotionInputs, ReceiveOnlyInputs, Technique},
@@ -102,11 +106,7 @@ fn plan_source(plan: &mut FramePlan, direct: ResourceId, receive_only: Option<Re
     let Some(ReceiveOnlyInputs { material, flags }) = receive_only else { return direct };
     let size = plan.display_size;
     let source = plan.texture("source", size, Format::Rgba32Float, "direct light of surfaces that send it on");
-    plan.pass(Part::Technique, "source", "source/source")
-        .bind("direct", direct)
-        .bind("material", material)
-        .bind("receive_only", flags)
-        .bind("source", source)
+    plan.pass(Part::Technique, "source", Source { direct, material, receive_only: flags, source })
         .because("some surfaces receive light and send none")
         .over(size);
     source
@@ -196,10 +196,7 @@ fn plan_scene_for(
             let direct = plan_direct(&mut plan, facts, &scene, &gbuffer, shadow);
             if facts.needs.environment {
                 let environment = plan.scene_buffer("scene.environment", "light from outside");
-                plan.pass(Part::Direct, "sky", "sky/sky")
-                    .bind("depth", gbuffer.depth)
-                    .bind("environment", environment)
-                    .bind("direct", direct)
+                plan.pass(Part::Direct, "sky", Sky { depth: gbuffer.depth, environment, direct })
                     .because("the environment shows where no surface does")
                     .over(size);
             }
@@ -304,30 +301,17 @@ fn plan_indirect_from(
     let half = plan.resources[indirect.0].format() == Some(Format::Rgba16Float);
     let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
     let image = plan.texture("final", size, format, "the image to show");
-    let glossy = plan.outputs.get("glossy").copied().zip(inputs.material);
+    let glossy = plan.outputs.get("glossy").copied().zip(inputs.material).map(|(glossy, material)| composite::Glossy {
+        glossy,
+        material,
+        materials: plan.scene_buffer("scene.materials", "glossy materials"),
+    });
     let transmitted = plan.outputs.get("transmitted").copied();
-    let materials = glossy.map(|_| plan.scene_buffer("scene.materials", "glossy materials"));
-    let mut pass = plan
-        .pass(
-            Part::Technique,
-            "composite",
-            variant(
-                "composite/composite",
-                &[("float16", half), ("glossy", glossy.is_some()), ("transmitted", transmitted.is_some())],
-            ),
-        )
-        .bind("direct", shown)
-        .bind("albedo", inputs.albedo)
-        .bind("indirect", indirect)
-        .bind("final_image", image)
-        .because("final = direct + albedo * indirect");
-    if let (Some((glossy, material)), Some(materials)) = (glossy, materials) {
-        pass = pass.bind("glossy", glossy).bind("material", material).bind("materials", materials);
-    }
-    if let Some(transmitted) = transmitted {
-        pass = pass.bind("transmitted", transmitted);
-    }
-    pass.over([size[0].div_ceil(COMPOSITE_PIXELS), size[1]]);
+    let (albedo, final_image, float16) = (inputs.albedo, image, half);
+    let composite = Composite { direct: shown, albedo, indirect, final_image, float16, glossy, transmitted };
+    plan.pass(Part::Technique, "composite", composite)
+        .because("final = direct + albedo * indirect")
+        .over([size[0].div_ceil(COMPOSITE_PIXELS), size[1]]);
     plan.outputs.extend([("indirect", indirect), ("final", image)]);
     Ok(())
 }

@@ -3,13 +3,11 @@
 //! The crate knows wgpu and nothing of files, windows, reports or single techniques; it compiles for
 //! `wasm32-unknown-unknown`.
 
-pub mod error;
 mod frame;
 pub mod gi;
 pub mod parameters;
 pub mod scene;
 pub mod texels;
-pub mod tone;
 pub mod truth;
 
 pub use frame::{

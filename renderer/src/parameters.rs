@@ -55,15 +55,13 @@ pub enum Kind {
     Float(f64, f64),
     /// One of these names.
     Choice(&'static [&'static str]),
-    /// True or false.
-    Bool,
 }
 
 /// How a parameter takes effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// A pipeline-overridable constant of this name.
-    Override(&'static str),
+    /// A pipeline-overridable constant: each new value compiles a pipeline.
+    Override,
     /// A number in a pass's uniform block, or something computed from it.
     Uniform,
     /// It changes which passes, textures or shader variants the plan has.
@@ -103,7 +101,6 @@ impl Parameter {
             Kind::Int(low, high) => format!("{low} to {high}"),
             Kind::Float(low, high) => format!("{low} to {high}"),
             Kind::Choice(names) => names.join(" | "),
-            Kind::Bool => "true | false".into(),
         }
     }
 
@@ -123,7 +120,6 @@ impl Parameter {
             (Kind::Choice(names), Value::Int(v)) if names.contains(&v.to_string().as_str()) => {
                 Some(Value::Text(v.to_string()))
             }
-            (Kind::Bool, Value::Bool(_)) => Some(value.clone()),
             _ => None,
         };
         checked.ok_or_else(|| {
@@ -146,8 +142,6 @@ pub trait ParameterType: Sized {
     fn from_value(value: &Value) -> Option<Self>;
     /// To a value.
     fn to_value(&self) -> Value;
-    /// As the value of a pipeline-overridable constant.
-    fn to_constant(&self) -> f64;
 }
 
 impl ParameterType for u32 {
@@ -159,9 +153,6 @@ impl ParameterType for u32 {
     }
     fn to_value(&self) -> Value {
         Value::Int(i64::from(*self))
-    }
-    fn to_constant(&self) -> f64 {
-        f64::from(*self)
     }
 }
 
@@ -175,9 +166,6 @@ impl ParameterType for f32 {
     fn to_value(&self) -> Value {
         // The number that people wrote, 0.9, and not the nearest float32 in 16 digits.
         Value::Float(self.to_string().parse().unwrap_or_else(|_| f64::from(*self)))
-    }
-    fn to_constant(&self) -> f64 {
-        f64::from(*self)
     }
 }
 
@@ -199,9 +187,6 @@ macro_rules! choice {
             }
             fn to_value(&self) -> $crate::parameters::Value {
                 $crate::parameters::Value::Text(match self { $(Self::$variant => $name),+ }.into())
-            }
-            fn to_constant(&self) -> f64 {
-                f64::from(*self as u8)
             }
         }
     };
@@ -286,16 +271,6 @@ macro_rules! parameters {
                 $crate::parameters::Settings::from([
                     $((concat!($technique, ".", stringify!($name)).to_owned(), self.$name.to_value())),*
                 ])
-            }
-
-            /// Values of the pipeline-overridable constants among the parameters.
-            pub fn constants(&self) -> Vec<(&'static str, f64)> {
-                #[allow(unused_imports)]
-                use $crate::parameters::{ParameterType, Role::{self, *}};
-                let all: Vec<(Role, f64)> = vec![$(($role, self.$name.to_constant())),*];
-                all.into_iter()
-                    .filter_map(|(role, value)| if let Override(name) = role { Some((name, value)) } else { None })
-                    .collect()
             }
         }
     };

@@ -1,8 +1,7 @@
 //! Texels as numbers, once their bytes were read back.
 
+use halflight_metrics::tone::srgb_decode;
 use wgpu::TextureFormat as Format;
-
-use crate::tone::srgb_decode;
 
 /// Turns the bytes of a texel into four numbers, linear.
 pub type Decode = fn(&[u8]) -> [f32; 4];

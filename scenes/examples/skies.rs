@@ -4,6 +4,7 @@
 //!
 //! `sky.exr` is warm on the right and blue on the left, above a dark ground. `directions.exr` stores directions as
 //! colours: `2 light / visibility - 1` is then the mean direction of incidence on a surface, with the ambient visibility.
+#![allow(clippy::disallowed_macros, reason = "an example for developers")]
 
 use std::{f32::consts::PI, path::Path, process::ExitCode};
 

@@ -22,9 +22,11 @@ use std::path::PathBuf;
 mod reflect;
 mod sources;
 mod table;
+mod types;
 
 pub use sources::Sources;
 pub use table::write_table;
+pub use types::write_types;
 
 /// A linked and validated WGSL module with its reflection.
 #[derive(Clone, Debug, PartialEq)]

@@ -17,6 +17,9 @@ const MAX_INVOCATIONS: u32 = 256;
 const STORAGE_FORMATS: [&str; 8] =
     ["R32Float", "R32Uint", "Rgba8Unorm", "Rgba16Float", "Rgba32Float", "Rgba32Uint", "Rgba16Uint", "Rg32Float"];
 
+/// How the linker begins names that come from an imported module.
+pub(crate) const IMPORTED: &str = "package_";
+
 /// Parses and validates plain WGSL; returns its entry points and override constants, or what is wrong with it.
 pub(crate) fn reflect(source: &str) -> Result<(Vec<EntryPoint>, Vec<Override>), String> {
     let module = naga::front::wgsl::parse_str(source).map_err(|e| e.emit_to_string(source))?;
@@ -50,7 +53,7 @@ fn entry_point(module: &Module, info: &valid::ModuleInfo, index: usize) -> Resul
         }
         let kind = binding_kind(module, name, variable)?;
         // Names of an imported module carry its path; such variables are named by one word.
-        let name = if name.starts_with("package_") { name.rsplit('_').next().unwrap_or(name) } else { name };
+        let name = if name.starts_with(IMPORTED) { name.rsplit('_').next().unwrap_or(name) } else { name };
         bindings.push(Binding { name: name.to_owned(), group: binding.group, index: binding.binding, kind });
     }
     let count = |of: fn(&BindingKind) -> bool| bindings.iter().filter(|binding| of(&binding.kind)).count();

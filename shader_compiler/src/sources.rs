@@ -6,9 +6,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use wesl::{FileResolver, ModulePath, ResolveError, Resolver, Wesl};
+use wesl::{FileResolver, ModulePath, ResolveError, Resolver, Wesl, syntax::GlobalDeclaration};
 
-use crate::{Error, Shader, reflect::reflect};
+use crate::{
+    Error, Shader,
+    reflect::{IMPORTED, reflect},
+};
 
 /// A folder of WGSL files, and folders whose modules they may import.
 #[derive(Clone, Debug)]
@@ -83,9 +86,12 @@ impl Sources {
         for feature in words {
             compiler.set_feature(feature, true);
         }
-        let linked = compiler
+        let mut linked = compiler
             .compile(&module)
-            .map_err(|error| Error::Link { shader: name.to_owned(), message: error.to_string() })?;
+            .map_err(|error| Error::Link { shader: name.to_owned(), message: without_colours(&error.to_string()) })?;
+        // The linker visits imported modules in a random order; sorted, the same files always give the same text. Names of
+        // the shader's own declarations stay as they are and keep their order, first.
+        linked.syntax.global_declarations.sort_by_key(|declaration| imported_name(declaration));
         let mut files: Vec<PathBuf> =
             linked.modules.iter().filter_map(|module| compiler.resolver().fs_path(module)).collect();
         files.sort();
@@ -96,6 +102,23 @@ impl Sources {
             Err(message) => Err(Error::Invalid { shader, message }),
         }
     }
+}
+
+/// Text without the escape sequences with which the linker colours its messages for terminals.
+fn without_colours(text: &str) -> String {
+    anstream::adapter::strip_str(text).to_string()
+}
+
+/// Name of a declaration that comes from an imported module.
+fn imported_name(declaration: &GlobalDeclaration) -> Option<String> {
+    let ident = match declaration {
+        GlobalDeclaration::Declaration(variable) => &variable.ident,
+        GlobalDeclaration::TypeAlias(alias) => &alias.ident,
+        GlobalDeclaration::Struct(structure) => &structure.ident,
+        GlobalDeclaration::Function(function) => &function.ident,
+        GlobalDeclaration::Void | GlobalDeclaration::ConstAssert(_) => return None,
+    };
+    Some(ident.to_string()).filter(|name| name.starts_with(IMPORTED))
 }
 
 /// Looks for a module in one folder after another.

@@ -1,5 +1,21 @@
-//! How light moves: every WGSL shader of the project, linked and validated when the crate is
-//! built, with a table of what each one binds. No graphics interface is used here.
+//! How light moves: every WGSL shader of the project, linked and validated when the crate is built, as a table of what each
+//! one binds and as one Rust type a shader. No graphics interface is used here.
+//!
+//! The modules of this crate follow the folders of `wgsl/`. The struct in each of them has a field for everything that a run
+//! of the shader takes: resources, features, the uniform block `params` and pipeline-overridable constants. What is
+//! forgotten, misspelt or of another type does not compile:
+//!
+//! ```
+//! use halflight_shared_shaders::{Call, source::Source};
+//!
+//! // Resources may have any name: here they are numbers.
+//! let call = Call::from(Source { direct: 0, material: 1, receive_only: 2, source: 3 });
+//! assert_eq!(call.shader.name, "source/source");
+//! ```
+
+mod call;
+
+pub use call::{Call, Constant, UniformValue};
 
 /// A linked WGSL module.
 #[derive(Debug, PartialEq)]
@@ -95,6 +111,12 @@ pub struct Member {
 }
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+include!(concat!(env!("OUT_DIR"), "/types.rs"));
+
+/// The variant of a shader with these features, in their order; `first` is the index of the one without any.
+fn variant(first: usize, features: &[bool]) -> &'static Shader {
+    &SHADERS[first + features.iter().rev().fold(0, |bits, &on| 2 * bits + usize::from(on))]
+}
 
 /// The shader of this name, for example `hierarchical/gather` or `gbuffer/gbuffer+emitters`.
 pub fn shader(name: &str) -> Option<&'static Shader> {
@@ -105,5 +127,20 @@ impl Shader {
     /// The entry point of this name.
     pub fn entry_point(&self, name: &str) -> Option<&'static EntryPoint> {
         self.entry_points.iter().find(|entry| entry.name == name)
+    }
+
+    /// The name without features: that of the file.
+    pub fn file(&self) -> &'static str {
+        self.name.split('+').next().unwrap_or(self.name)
+    }
+
+    /// Distinct resources of all entry points.
+    pub fn bindings(&self) -> impl Iterator<Item = &'static Binding> {
+        let entries = self.entry_points;
+        entries.iter().enumerate().flat_map(move |(index, entry)| {
+            let before = &entries[..index];
+            let known = move |name| before.iter().flat_map(|entry| entry.bindings).any(|other| other.name == name);
+            entry.bindings.iter().filter(move |binding| !known(binding.name))
+        })
     }
 }

@@ -4,6 +4,7 @@
 //!
 //! The host here is the smallest that serves: it "renders" a lit floor in front of a dark wall by
 //! writing texels, and nothing else in it is Halflight's. Light can only reach the wall from the floor.
+#![allow(clippy::disallowed_macros, reason = "an example for developers")]
 
 use std::error::Error;
 

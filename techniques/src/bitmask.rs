@@ -6,10 +6,17 @@ use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_renderer::{
     choice,
     gi::{
-        Finds, Resolution, Spacing, Storage, Switch, feedback::Feedback, slices::SliceGather, temporal::temporal_filter,
+        Finds, Resolution, Spacing, Storage, Switch,
+        feedback::Feedback,
+        slices::{SliceGather, SliceInputs},
+        temporal::temporal_filter,
     },
     parameters,
     parameters::{Settings, SettingsError},
+};
+use halflight_shared_shaders::{
+    Call,
+    bitmask::gather::{self, Gather},
 };
 
 choice! {
@@ -59,7 +66,7 @@ parameters! {
         finds: Finds = Finds::Light, unit "", grid [Finds::Light, Finds::Occlusion], role Plan;
         /// Sectors and weights: published, as printed; radiometric, what rays would find.
         estimator: Estimator = Estimator::Radiometric, unit "",
-        grid [Estimator::Published, Estimator::Radiometric], role Override("RADIOMETRIC");
+        grid [Estimator::Published, Estimator::Radiometric], role Override;
         /// Radius within which surfaces count; 0 for all of the screen.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0, 1.0, 4.0], role Uniform;
         /// Thickness of everything that is seen, away from the eye, wherever it is.
@@ -67,19 +74,19 @@ parameters! {
         /// What distance adds to the thickness, for each unit of depth: it has no unit, so the default suits scenes of any size.
         thickness_slope: f32 = 0.03, in 0.0..=10.0, unit "1", grid [0.0, 0.03], role Uniform;
         /// Slices of the hemisphere: noise falls with their square root, cost rises with them.
-        slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override("SLICES");
+        slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override;
         /// Steps on each side of a slice.
-        steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override("STEPS");
+        steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override;
         /// How steps are spread: constant, or exponential with more of them nearby.
         spacing: Spacing = Spacing::Exponential, unit "",
-        grid [Spacing::Constant, Spacing::Exponential], role Override("SPACING");
+        grid [Spacing::Constant, Spacing::Exponential], role Override;
         /// Whether steps start at random within their stride; otherwise in its middle, which shows as bands.
-        jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override("JITTER");
+        jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override;
         /// Sectors of a slice: few show as bands, many cost a little.
         sectors: Sectors = Sectors::S32, unit "", grid [Sectors::S32, Sectors::S128], role Plan;
         /// Light of the environment: from the normal, from the bent normal, or from directions through open sectors.
         ambient: Ambient = Ambient::Bitmask, unit "",
-        grid [Ambient::Normal, Ambient::BentNormal, Ambient::Bitmask], role Override("AMBIENT");
+        grid [Ambient::Normal, Ambient::BentNormal, Ambient::Bitmask], role Override;
         /// Resolution of the gather: half costs a quarter and blurs.
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
         /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.
@@ -107,15 +114,9 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let parameters = Bitmask::from_settings(settings)?;
     let lit = parameters.finds == Finds::Light;
     let sectors = parameters.sectors.count();
-    let mut constants = parameters.constants();
-    constants
-        .extend([("SECTORS", f64::from(sectors)), ("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0)))]);
     let feedback = Feedback::plan(plan, inputs, if lit { parameters.feedback } else { 0.0 });
-    let gather = SliceGather {
+    let slices = SliceGather {
         technique: Bitmask::TECHNIQUE,
-        shader: "bitmask/gather",
-        features: &[("light", lit), ("wide", sectors > 32)],
-        constants: &constants,
         finds: parameters.finds,
         radius: parameters.radius,
         resolution: parameters.resolution,
@@ -123,9 +124,35 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         storage: parameters.storage,
     };
     let source = Inputs { direct: feedback.as_ref().map_or(inputs.direct, |feedback| feedback.source), ..*inputs };
-    let light = gather.plan(plan, &source, |pass| {
-        pass.param("thickness", parameters.thickness).param("thickness_slope", parameters.thickness_slope)
-    });
+    let light =
+        slices.plan(plan, &source, |SliceInputs { surfels, planes, gathered, environment, packed, scale, radius }| {
+            Call::from(Gather {
+                surfels,
+                planes,
+                gathered,
+                ambient: environment.is_some(),
+                light: lit,
+                packed,
+                wide: sectors > 32,
+                environment,
+                params: gather::Params {
+                    scale,
+                    radius,
+                    thickness: parameters.thickness,
+                    thickness_slope: parameters.thickness_slope,
+                },
+                constants: gather::Constants {
+                    slices: parameters.slices,
+                    steps: parameters.steps,
+                    sectors,
+                    spacing: parameters.spacing as u32,
+                    jitter: parameters.jitter == Switch::On,
+                    radiometric: parameters.estimator == Estimator::Radiometric,
+                    over_frames: parameters.temporal_a > 0.0,
+                    ambient: parameters.ambient as u32,
+                },
+            })
+        });
     let light = temporal_filter(plan, inputs, light, parameters.temporal_a);
     if let (Some(feedback), Some(light)) = (feedback, light) {
         feedback.remember(plan, inputs, light);

@@ -1,5 +1,6 @@
 //! Every pixel sums over every pixel: the screen-space sum without hierarchy or sampling.
 
+use halflight_shared_shaders::exhaustive;
 use wgpu::TextureFormat as Format;
 
 use crate::hierarchical::FormFactor;
@@ -15,7 +16,7 @@ parameters! {
     pub struct Exhaustive("exhaustive") {
         /// Form factor between receiver and source: eq3 between points, unbounded; eq4 from point to disc.
         form_factor: FormFactor = FormFactor::PointToDisc, unit "", grid [FormFactor::PointToDisc],
-        role Override("POINT_TO_DISC");
+        role Override;
     }
 }
 
@@ -44,15 +45,16 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let mut written = sums[0];
     for (index, first_row) in (0..height).step_by(rows as usize).enumerate() {
         let (partial, sum) = (sums[(index + 1) % 2], sums[index % 2]);
-        plan.pass(Part::Technique, format!("exhaustive_{index}"), "exhaustive/exhaustive")
-            .constants(&parameters.constants())
-            .param("first_row", first_row)
-            .param("end_row", (first_row + rows).min(height))
-            .bind("depth", inputs.depth)
-            .bind("normal", inputs.normal)
-            .bind("direct", inputs.direct)
-            .bind("partial_sum", partial)
-            .bind("indirect", sum)
+        let run = exhaustive::Exhaustive {
+            depth: inputs.depth,
+            normal: inputs.normal,
+            direct: inputs.direct,
+            partial_sum: partial,
+            indirect: sum,
+            params: exhaustive::Params { first_row, end_row: (first_row + rows).min(height) },
+            constants: exhaustive::Constants { point_to_disc: parameters.form_factor == FormFactor::PointToDisc },
+        };
+        plan.pass(Part::Technique, format!("exhaustive_{index}"), run)
             .because("every pixel sums over these rows")
             .over(size);
         written = sum;

@@ -4,9 +4,16 @@
 use halflight_frame_graph::{FramePlan, ResourceId};
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_renderer::{
-    gi::{Finds, Resolution, Spacing, Storage, Switch, slices::SliceGather},
+    gi::{
+        Finds, Resolution, Spacing, Storage, Switch,
+        slices::{SliceGather, SliceInputs},
+    },
     parameters,
     parameters::{Settings, SettingsError},
+};
+use halflight_shared_shaders::{
+    Call,
+    gtao::gather::{self, Gather},
 };
 
 parameters! {
@@ -17,14 +24,14 @@ parameters! {
         /// Part of the radius, at its end, over which an occluder's weight falls from 1 to 0; 0 counts all that is on the way, however far.
         falloff: f32 = 0.0, in 0.0..=1.0, unit "1", grid [0.0, 0.6], role Uniform;
         /// Slices of the hemisphere: noise falls with their square root, cost rises with them.
-        slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override("SLICES");
+        slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override;
         /// Steps on each side of a slice.
-        steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override("STEPS");
+        steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override;
         /// How steps are spread: constant, or exponential with more of them nearby.
         spacing: Spacing = Spacing::Exponential, unit "",
-        grid [Spacing::Constant, Spacing::Exponential], role Override("SPACING");
+        grid [Spacing::Constant, Spacing::Exponential], role Override;
         /// Whether steps start at random within their stride; otherwise in its middle, which shows as bands.
-        jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override("JITTER");
+        jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override;
         /// Resolution of the gather: half costs a quarter and blurs.
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
         /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.
@@ -44,13 +51,8 @@ pub const TECHNIQUE: Technique = Technique {
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Gtao::from_settings(settings)?;
-    let mut constants = parameters.constants();
-    constants.push(("FALLS", f64::from(u8::from(parameters.falloff > 0.0))));
-    let gather = SliceGather {
+    let slices = SliceGather {
         technique: Gtao::TECHNIQUE,
-        shader: "gtao/gather",
-        features: &[],
-        constants: &constants,
         finds: Finds::Occlusion,
         radius: parameters.radius,
         resolution: parameters.resolution,
@@ -58,5 +60,19 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         // Openness is one float, whatever light is stored as.
         storage: Storage::Float32,
     };
-    Ok(gather.plan(plan, inputs, |pass| pass.param("falloff", parameters.falloff)))
+    Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, scale, radius, .. }| {
+        Call::from(Gather {
+            surfels,
+            planes,
+            gathered,
+            params: gather::Params { scale, radius, falloff: parameters.falloff },
+            constants: gather::Constants {
+                slices: parameters.slices,
+                steps: parameters.steps,
+                spacing: parameters.spacing as u32,
+                jitter: parameters.jitter == Switch::On,
+                falls: parameters.falloff > 0.0,
+            },
+        })
+    }))
 }

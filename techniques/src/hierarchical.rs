@@ -153,22 +153,22 @@ parameters! {
         /// Number of levels, each half as fine as the one before; more levels reach farther at almost no cost.
         levels: u32 = 4, in 1..=8, unit "1", grid [4, 5], role Plan;
         /// Samples per texel and level: noise falls with its square root, cost rises with it.
-        samples: u32 = 64, in 1..=1024, unit "1", grid [16, 64, 256], role Override("SAMPLES");
+        samples: u32 = 64, in 1..=1024, unit "1", grid [16, 64, 256], role Override;
         /// Radius r of the ring, in texels of the current level; 0 takes the smallest that covers the screen.
         radius: f32 = 0.0, in 0.0..=16384.0, unit "texels", grid [0.0, 20.0, 40.0], role Uniform;
         /// Radii of the ring: 2009 from r to 2 r, 2010 from r / 2 to r; level 0 samples the whole disc.
         ring: Ring = Ring::Inner, unit "", grid [Ring::Inner, Ring::Outer], role Uniform;
         /// Form factor: eq3 between points, unbounded; eq4 from point to disc.
         form_factor: FormFactor = FormFactor::PointToDisc, unit "",
-        grid [FormFactor::PointToPoint, FormFactor::PointToDisc], role Override("POINT_TO_DISC");
+        grid [FormFactor::PointToPoint, FormFactor::PointToDisc], role Override;
         /// Disc of the form factor: sample, as published, loses light with few samples but is bounded; texel keeps the mean at several times the noise.
         disc_area: DiscArea = DiscArea::Sample, unit "", grid [DiscArea::Sample, DiscArea::Texel], role Uniform;
         /// Child that a texel of the pyramid keeps: nearest to the eye (2009) or by vote (2010).
         pyramid_filter: PyramidFilter = PyramidFilter::Nearest, unit "",
-        grid [PyramidFilter::Nearest, PyramidFilter::Vote], role Override("VOTE");
+        grid [PyramidFilter::Nearest, PyramidFilter::Vote], role Override;
         /// Kernel that brings a level to the next finer one and to the display.
         upsampling_kernel: UpsamplingKernel = UpsamplingKernel::Spline, unit "",
-        grid [UpsamplingKernel::Spline], role Override("KERNEL");
+        grid [UpsamplingKernel::Spline], role Override;
         /// Storage of the indirect and final image: float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
         /// Share a of the frames before in the filtered light: F = a F_before + (1 - a) I; 0 is off. Half of an old image is gone after ln 2 / -ln a frames; of glossy light sooner, the narrower its lobe.
@@ -185,17 +185,17 @@ parameters! {
         visibility: Visibility = Visibility::Off, unit "", grid [Visibility::Off, Visibility::Auto], role Plan;
         /// Voxels of a coarser level: and, as published, loses thin occluders; or lets them grow.
         visibility_downsampling: VisibilityDownsampling = VisibilityDownsampling::Or, unit "",
-        grid [VisibilityDownsampling::And, VisibilityDownsampling::Or], role Override("ANY_CHILD");
+        grid [VisibilityDownsampling::And, VisibilityDownsampling::Or], role Override;
         /// Bounces that are tested for visibility: all, or the first alone; interleaved bounces are tested both.
         visibility_bounces: VisibilityBounces = VisibilityBounces::All, unit "",
         grid [VisibilityBounces::All, VisibilityBounces::First], role Plan;
         /// Successive samples that share one ray through the voxels: the mean stays, the noise of visibility grows, its cost falls; 1 as published.
-        samples_per_ray: u32 = 16, in 1..=64, unit "1", grid [1, 4, 16], role Override("SAMPLES_PER_RAY");
+        samples_per_ray: u32 = 16, in 1..=64, unit "1", grid [1, 4, 16], role Override;
         /// Light that glossy materials (Ks, Ns) send on towards the eye; its sources stay diffuse and lit directly.
         glossy: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Plan;
         /// Where samples of glossy light are drawn: off, as many everywhere; 2010, more in the mirror lobe's screen directions, as published; lobe, where its light comes from.
         glossy_importance: GlossyImportance = GlossyImportance::Lobe, unit "",
-        grid [GlossyImportance::Off, GlossyImportance::Paper, GlossyImportance::Lobe], role Override("IMPORTANCE");
+        grid [GlossyImportance::Off, GlossyImportance::Paper, GlossyImportance::Lobe], role Override;
         /// Where first-bounce light comes from: screen, what the camera sees; lights, what the lights see; both, from within `border` what the camera sees, from beyond it what the lights see. With lights or both, bounces do not take turns and extra cameras add nothing.
         sources: Sources = Sources::Screen, unit "", grid [Sources::Screen, Sources::Lights, Sources::Both], role Plan;
         /// Distance up to which light comes from the screen where sources is both; 0 takes a thirtieth of the scene's diagonal.
@@ -290,7 +290,8 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         sources != Sources::Lights || parameters.bounces > 1 || glossy_material(inputs, &parameters).is_some();
     // Levels coarser than the only one wanted have nothing to add.
     let last = if screen_gathers { only.unwrap_or(parameters.levels - 1) } else { 0 };
-    let levels = pyramid(plan, inputs, &parameters.constants(), parameters.start_resolution.divisor(), last);
+    let vote = parameters.pyramid_filter == PyramidFilter::Vote;
+    let levels = pyramid(plan, inputs, vote, parameters.start_resolution.divisor(), last);
     let tested = sources != Sources::Lights
         || parameters.bounces > 1 && parameters.visibility_bounces == VisibilityBounces::All
         || glossy_material(inputs, &parameters).is_some();

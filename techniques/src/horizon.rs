@@ -4,9 +4,16 @@
 use halflight_frame_graph::{FramePlan, ResourceId};
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_renderer::{
-    gi::{Finds, Resolution, Spacing, Storage, Switch, slices::SliceGather},
+    gi::{
+        Finds, Resolution, Spacing, Storage, Switch,
+        slices::{SliceGather, SliceInputs},
+    },
     parameters,
     parameters::{Settings, SettingsError},
+};
+use halflight_shared_shaders::{
+    Call,
+    horizon::gather::{self, Gather},
 };
 
 parameters! {
@@ -15,14 +22,14 @@ parameters! {
         /// Radius within which surfaces count; 0 for all of the screen.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0, 1.0, 4.0], role Uniform;
         /// Slices of the hemisphere: noise falls with their square root, cost rises with them.
-        slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override("SLICES");
+        slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override;
         /// Steps on each side of a slice.
-        steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override("STEPS");
+        steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override;
         /// How steps are spread: constant, or exponential with more of them nearby.
         spacing: Spacing = Spacing::Exponential, unit "",
-        grid [Spacing::Constant, Spacing::Exponential], role Override("SPACING");
+        grid [Spacing::Constant, Spacing::Exponential], role Override;
         /// Whether steps start at random within their stride; otherwise in its middle, which shows as bands.
-        jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override("JITTER");
+        jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override;
         /// Resolution of the gather: half costs a quarter and blurs.
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
         /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.
@@ -44,16 +51,28 @@ pub const TECHNIQUE: Technique = Technique {
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Horizon::from_settings(settings)?;
-    let gather = SliceGather {
+    let slices = SliceGather {
         technique: Horizon::TECHNIQUE,
-        shader: "horizon/gather",
-        features: &[],
-        constants: &parameters.constants(),
         finds: Finds::Light,
         radius: parameters.radius,
         resolution: parameters.resolution,
         denoise: parameters.denoise,
         storage: parameters.storage,
     };
-    Ok(gather.plan(plan, inputs, |pass| pass))
+    Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, environment, packed, scale, radius }| {
+        Call::from(Gather {
+            surfels,
+            planes,
+            gathered,
+            ambient: environment,
+            packed,
+            params: gather::Params { scale, radius },
+            constants: gather::Constants {
+                slices: parameters.slices,
+                steps: parameters.steps,
+                spacing: parameters.spacing as u32,
+                jitter: parameters.jitter == Switch::On,
+            },
+        })
+    }))
 }

@@ -12,7 +12,7 @@ use self::{
     patterns::Patterns,
     specular::Specular,
 };
-use halflight_frame_graph::{FramePlan, Part, PassBuilder, ResourceId, variant};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_renderer::{
     choice,
@@ -28,6 +28,7 @@ use halflight_renderer::{
     parameters::{Settings, SettingsError},
     scene::ShadowLayer,
 };
+use halflight_shared_shaders::hybrid::gather;
 
 choice! {
     /// Where samples are and what they weigh.
@@ -73,7 +74,7 @@ parameters! {
         /// Brightness of the published weighting, which has the unit of one over an area.
         intensity: f32 = 1.0, in 0.0..=1e9, unit "scene units squared", grid [1.0], role Uniform;
         /// Samples of the screen for each receiver.
-        screen_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override("NEAR_SAMPLES");
+        screen_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override;
         /// Virtual lights that each receiver looks at; of patterns, samples of each light.
         light_samples: u32 = 64, in 1..=1024, unit "1", grid [16, 64, 256], role Plan;
         /// Virtual lights in all, chosen by what they bring to the picture; receivers share them out among one another.
@@ -85,13 +86,13 @@ parameters! {
         /// Cubes along the longest side of the scene.
         voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
         /// Successive virtual lights, or samples of a pattern, that share one ray: the mean stays, the noise of visibility grows, its cost falls.
-        samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override("SAMPLES_PER_RAY");
+        samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override;
         /// What glossy materials (Ks, Ns) show in their mirror direction: off; screen, what the camera sees there; both, otherwise what the lights see.
         specular: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
         /// Most pixels of the screen, and texels of a light's view, between two steps of the march in the mirror direction: less finds thinner things, cost falls with it.
         specular_stride: f32 = 2.0, in 1.0..=64.0, unit "px", grid [1.0, 2.0, 4.0], role Uniform;
         /// Whether directions are drawn from the whole lobe, which leaves noise for a filter over frames; off, as published, all materials show what a mirror would.
-        specular_lobe: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Override("LOBE");
+        specular_lobe: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Override;
         /// Openness that attenuates indirect light: off; screen, from what the camera sees; both, from what the lights see as well.
         ambient_occlusion: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
         /// Samples of the hemisphere in each view that openness is taken from.
@@ -122,6 +123,13 @@ pub const TECHNIQUE: Technique = Technique {
     plan,
 };
 
+impl Hybrid {
+    /// Whether random numbers are spread over frames, for the temporal filter to average.
+    fn over_frames(&self) -> bool {
+        self.temporal_a > 0.0
+    }
+}
+
 /// Levels between the receivers of the gather and those that decide which virtual lights matter.
 const IMPORTANCE_LEVELS: u32 = 2;
 
@@ -135,7 +143,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     }
     let chosen = far && parameters.weighting == Weighting::Radiometric;
     let divisor = parameters.start_resolution.divisor();
-    let levels = pyramid(plan, inputs, &[("VOTE", 0.0)], divisor, if chosen { IMPORTANCE_LEVELS } else { 0 });
+    let levels = pyramid(plan, inputs, false, divisor, if chosen { IMPORTANCE_LEVELS } else { 0 });
     let (level, coarse) = (&levels[0], &levels[levels.len() - 1]);
     let radius = inputs.nearby(parameters.radius, Hybrid::TECHNIQUE)?;
 
@@ -198,13 +206,6 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     Ok(temporal_filter(plan, inputs, Some(light), parameters.temporal_a))
 }
 
-/// Values of the shaders' constants.
-fn constants(parameters: &Hybrid) -> Vec<(&'static str, f64)> {
-    let mut constants = parameters.constants();
-    constants.push(("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0))));
-    constants
-}
-
 /// Nearby light from the screen and light from chosen lights.
 struct Gather<'a> {
     parameters: &'a Hybrid,
@@ -230,37 +231,44 @@ impl<'a> Gather<'a> {
         Some(Self { parameters, level, radius, lights, voxels })
     }
 
-    fn pass<'p>(&self, plan: &'p mut FramePlan, name: &str, features: &[(&str, bool)]) -> PassBuilder<'p> {
+    /// The gather into this texture: at the start resolution, or of single pixels of the display.
+    fn run(
+        &self,
+        gathered: ResourceId,
+        float16: bool,
+        recompute: Option<gather::Recompute<ResourceId>>,
+    ) -> gather::Gather<ResourceId> {
         let Self { parameters, level, radius, lights, voxels } = self;
-        let own = [
-            ("near", parameters.sources != Sources::Lights),
-            ("far", lights.is_some()),
-            ("visibility", voxels.is_some()),
-        ];
-        let stride = lights.as_ref().map_or(1, |lights| (lights.count / parameters.light_samples).max(1));
-        let mut pass = plan
-            .pass(Part::Technique, name, variant("hybrid/gather", &[&own, features].concat()))
-            .constants(&constants(parameters))
-            .param("scale", level.scale as f32)
-            .param("radius", *radius)
-            .param("virtual_lights", lights.as_ref().map_or(0, |lights| lights.count))
-            .param("stride", stride)
-            .bind("surfels", level.surfels);
-        if let Some(lights) = lights {
-            pass = pass.bind("virtual_lights", lights.lights);
+        gather::Gather {
+            gathered,
+            near: parameters.sources != Sources::Lights,
+            far: lights.as_ref().map(|lights| lights.lights),
+            visibility: voxels.is_some(),
+            float16,
+            recompute,
+            surfels: Some(level.surfels),
+            grid: voxels.map(|voxels| voxels.grid),
+            cubes: voxels.map(|voxels| voxels.cubes),
+            params: gather::Params {
+                scale: level.scale as f32,
+                radius: *radius,
+                virtual_lights: lights.as_ref().map_or(0, |lights| lights.count),
+                stride: lights.as_ref().map_or(1, |lights| (lights.count / parameters.light_samples).max(1)),
+                least_weight: recompute.map(|_| parameters.recompute_below),
+            },
+            constants: gather::Constants {
+                near_samples: parameters.screen_samples,
+                samples_per_ray: parameters.samples_per_ray,
+                over_frames: parameters.over_frames(),
+            },
         }
-        if let Some(voxels) = voxels {
-            pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
-        }
-        pass
     }
 
     /// Plans the gather at the start resolution.
     fn gather(&self, plan: &mut FramePlan) -> ResourceId {
         let size = self.level.size;
         let gathered = plan.texture("gathered", size, Format::Rgba32Float, "light at the start resolution");
-        self.pass(plan, "gather", &[])
-            .bind("gathered", gathered)
+        plan.pass(Part::Technique, "gather", self.run(gathered, false, None))
             .because("nearby light from the screen, the rest from the lights' views")
             .over(size);
         gathered
@@ -269,20 +277,15 @@ impl<'a> Gather<'a> {
     /// Plans the gather of single pixels of the display, where interpolation knows too little of their surfaces; returns
     /// what it was given where it may know as little as it does, or is none.
     fn recompute(&self, plan: &mut FramePlan, inputs: &Inputs, interpolated: ResourceId) -> ResourceId {
-        let least = self.parameters.recompute_below;
-        if least <= 0.0 || self.level.scale == 1 {
+        if self.parameters.recompute_below <= 0.0 || self.level.scale == 1 {
             return interpolated;
         }
         let half = self.parameters.storage == Storage::Float16;
         let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
         let size = plan.display_size;
         let recomputed = plan.texture("recomputed", size, format, "light, without guesses at edges");
-        self.pass(plan, "recompute", &[("recompute", true), ("float16", half)])
-            .param("least_weight", least)
-            .bind("depth", inputs.depth)
-            .bind("normal", inputs.normal)
-            .bind("interpolated", interpolated)
-            .bind("gathered", recomputed)
+        let of_pixel = gather::Recompute { depth: inputs.depth, normal: inputs.normal, interpolated };
+        plan.pass(Part::Technique, "recompute", self.run(recomputed, half, Some(of_pixel)))
             .because("where coarse texels do not show a pixel's surface, its light is gathered anew")
             .over(size);
         recomputed

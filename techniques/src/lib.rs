@@ -6,6 +6,7 @@ pub mod gtao;
 pub mod hierarchical;
 pub mod horizon;
 pub mod hybrid;
+pub mod invocation;
 pub mod preset;
 pub mod ray_march;
 pub mod rsm;

@@ -4,9 +4,16 @@
 use halflight_frame_graph::{FramePlan, ResourceId};
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_renderer::{
-    gi::{Finds, Resolution, Spacing, Storage, slices::SliceGather},
+    gi::{
+        Finds, Resolution, Spacing, Storage,
+        slices::{SliceGather, SliceInputs},
+    },
     parameters,
     parameters::{Settings, SettingsError},
+};
+use halflight_shared_shaders::{
+    Call,
+    ray_march::march::{self, March},
 };
 
 parameters! {
@@ -21,12 +28,12 @@ parameters! {
         /// What distance adds to the thickness, for each unit of depth: it has no unit, so the default suits scenes of any size.
         thickness_slope: f32 = 0.03, in 0.0..=10.0, unit "1", grid [0.0, 0.03], role Uniform;
         /// Rays of a pixel: noise falls with their square root, cost rises with them.
-        rays: u32 = 2, in 1..=256, unit "1", grid [1, 2, 4], role Override("RAYS");
+        rays: u32 = 2, in 1..=256, unit "1", grid [1, 2, 4], role Override;
         /// Steps of a ray.
-        steps: u32 = 16, in 1..=256, unit "1", grid [8, 16, 32], role Override("STEPS");
+        steps: u32 = 16, in 1..=256, unit "1", grid [8, 16, 32], role Override;
         /// How steps are spread: constant, or exponential with more of them nearby.
         spacing: Spacing = Spacing::Exponential, unit "",
-        grid [Spacing::Constant, Spacing::Exponential], role Override("SPACING");
+        grid [Spacing::Constant, Spacing::Exponential], role Override;
         /// Resolution of the gather: half costs a quarter and blurs.
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
         /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.
@@ -48,18 +55,34 @@ pub const TECHNIQUE: Technique = Technique {
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = RayMarch::from_settings(settings)?;
-    let gather = SliceGather {
+    let slices = SliceGather {
         technique: RayMarch::TECHNIQUE,
-        shader: "ray-march/march",
-        features: &[("light", parameters.finds == Finds::Light)],
-        constants: &parameters.constants(),
         finds: parameters.finds,
         radius: parameters.radius,
         resolution: parameters.resolution,
         denoise: parameters.denoise,
         storage: parameters.storage,
     };
-    Ok(gather.plan(plan, inputs, |pass| {
-        pass.param("thickness", parameters.thickness).param("thickness_slope", parameters.thickness_slope)
+    Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, environment, packed, scale, radius }| {
+        Call::from(March {
+            surfels,
+            planes,
+            gathered,
+            ambient: environment.is_some(),
+            light: parameters.finds == Finds::Light,
+            packed,
+            environment,
+            params: march::Params {
+                scale,
+                radius,
+                thickness: parameters.thickness,
+                thickness_slope: parameters.thickness_slope,
+            },
+            constants: march::Constants {
+                rays: parameters.rays,
+                steps: parameters.steps,
+                spacing: parameters.spacing as u32,
+            },
+        })
     }))
 }

@@ -2,9 +2,11 @@
 //! where the light sees the receiver. As published, a receiver that a spot light or a face of a point light does not have
 //! before it gets nothing from that map.
 
+use halflight_renderer::scene::light_view;
+use halflight_shared_shaders::rsm::gather::{self, Gather};
 use wgpu::TextureFormat as Format;
 
-use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
 use halflight_renderer::{
     gi::{
@@ -21,12 +23,12 @@ parameters! {
     pub struct Rsm("rsm") {
         /// Weights: published, without units; radiometric, each sample as the area that it stands for.
         weighting: Weighting = Weighting::Radiometric, unit "",
-        grid [Weighting::Published, Weighting::Radiometric], role Override("RADIOMETRIC");
+        grid [Weighting::Published, Weighting::Radiometric], role Override;
         /// Resolution of the gather: its cost falls with the square, detail with it.
         start_resolution: StartResolution = StartResolution::Quarter, unit "",
         grid [StartResolution::Half, StartResolution::Quarter], role Plan;
         /// Samples of each light's view.
-        samples: u32 = 100, in 1..=1024, unit "1", grid [50, 100, 150, 200], role Override("SAMPLES");
+        samples: u32 = 100, in 1..=1024, unit "1", grid [50, 100, 150, 200], role Override;
         /// Largest distance of a sample in a light's view, widths of the view.
         map_radius: f32 = 0.3, in 0.001..=1.5, unit "1", grid [0.3], role Uniform;
         /// Brightness of the published weighting.
@@ -54,31 +56,34 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         return Ok(None);
     }
     let views = inputs.shadow_layers().len();
-    let level = pyramid(plan, inputs, &[("VOTE", 0.0)], parameters.start_resolution.divisor(), 0).remove(0);
+    let level = pyramid(plan, inputs, false, parameters.start_resolution.divisor(), 0).remove(0);
     // Where there are several views, passes alternate between two textures, because none may read what it writes.
     let mut sum = |i| plan.texture(format!("sum_{i}"), level.size, Format::Rgba32Float, "light of the views so far");
     let (first, several) = (sum(0), views > 1);
     let sums = [first, if several { sum(1) } else { first }];
     let mut written = sums[0];
     plan_light_maps(plan, inputs, Rsm::TECHNIQUE, parameters.light_view_size, |plan, maps, index, view| {
-        let further = index > 0;
-        let mut pass = plan
-            .pass(Part::Technique, format!("rsm_{index}"), variant("rsm/gather", &[("further", further)]))
-            .constants(&parameters.constants())
-            .param("world_to_clip", view.world_to_clip)
-            .param("scale", level.scale as f32)
-            .param("map_radius", parameters.map_radius)
-            .param("index", index as u32)
-            .param("intensity", parameters.intensity)
-            .bind("surfels", level.surfels)
-            .bind("place", maps.place)
-            .bind("light", maps.light)
-            .bind("gathered", sums[index % 2])
-            .because("surfaces around where the light sees the receiver");
-        if further {
-            pass = pass.bind("partial_sum", sums[(index + 1) % 2]);
-        }
-        pass.over(level.size);
+        let run = Gather {
+            light_view: light_view(plan, index, view),
+            surfels: level.surfels,
+            place: maps.place,
+            light: maps.light,
+            gathered: sums[index % 2],
+            further: (index > 0).then_some(sums[(index + 1) % 2]),
+            params: gather::Params {
+                scale: level.scale as f32,
+                map_radius: parameters.map_radius,
+                index: index as u32,
+                intensity: parameters.intensity,
+            },
+            constants: gather::Constants {
+                samples: parameters.samples,
+                radiometric: parameters.weighting == Weighting::Radiometric,
+            },
+        };
+        plan.pass(Part::Technique, format!("rsm_{index}"), run)
+            .because("surfaces around where the light sees the receiver")
+            .over(level.size);
         written = sums[index % 2];
     })?;
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };

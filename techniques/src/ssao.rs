@@ -1,5 +1,6 @@
 //! Screen-space ambient occlusion (Mittring 2007): the share of points around a surface that nothing seen hides.
 
+use halflight_shared_shaders::ssao::gather::{self, Gather};
 use wgpu::TextureFormat as Format;
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
@@ -20,7 +21,7 @@ parameters! {
         start_resolution: StartResolution = StartResolution::Full, unit "",
         grid [StartResolution::Full, StartResolution::Half], role Plan;
         /// Samples of the hemisphere.
-        samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override("SAMPLES");
+        samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override;
         /// Radius of the hemisphere; 0 takes a thirtieth of the scene's diagonal.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
     }
@@ -39,14 +40,15 @@ pub const TECHNIQUE: Technique = Technique {
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Ssao::from_settings(settings)?;
     let radius = inputs.nearby(parameters.radius, Ssao::TECHNIQUE)?;
-    let level = pyramid(plan, inputs, &[("VOTE", 0.0)], parameters.start_resolution.divisor(), 0).remove(0);
+    let level = pyramid(plan, inputs, false, parameters.start_resolution.divisor(), 0).remove(0);
     let gathered = plan.texture("gathered", level.size, Format::R32Float, "openness at the start resolution");
-    plan.pass(Part::Technique, "gather", "ssao/gather")
-        .constants(&parameters.constants())
-        .param("scale", level.scale as f32)
-        .param("radius", radius)
-        .bind("surfels", level.surfels)
-        .bind("gathered", gathered)
+    let run = Gather {
+        surfels: level.surfels,
+        gathered,
+        params: gather::Params { scale: level.scale as f32, radius },
+        constants: gather::Constants { samples: parameters.samples },
+    };
+    plan.pass(Part::Technique, "gather", run)
         .because("points that what is seen hides close the hemisphere")
         .over(level.size);
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: Storage::Float32 };

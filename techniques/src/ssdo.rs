@@ -1,6 +1,7 @@
 //! Screen-space directional occlusion, its indirect light (Ritschel et al. 2009): points inside a hemisphere that what is
 //! seen hides are lit by it.
 
+use halflight_shared_shaders::ssdo::gather::{self, Gather};
 use wgpu::TextureFormat as Format;
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
@@ -20,12 +21,12 @@ parameters! {
     pub struct Ssdo("ssdo") {
         /// Weights: published, without units; radiometric, each sample as its share of the disc under the hemisphere.
         weighting: Weighting = Weighting::Radiometric, unit "",
-        grid [Weighting::Published, Weighting::Radiometric], role Override("RADIOMETRIC");
+        grid [Weighting::Published, Weighting::Radiometric], role Override;
         /// Resolution of the gather: its cost falls with the square, detail with it.
         start_resolution: StartResolution = StartResolution::Quarter, unit "",
         grid [StartResolution::Half, StartResolution::Quarter], role Plan;
         /// Samples of the hemisphere.
-        samples: u32 = 100, in 1..=1024, unit "1", grid [50, 100, 150, 200], role Override("SAMPLES");
+        samples: u32 = 100, in 1..=1024, unit "1", grid [50, 100, 150, 200], role Override;
         /// Radius of the hemisphere; 0 takes a thirtieth of the scene's diagonal.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
         /// Brightness of the published weighting.
@@ -48,15 +49,18 @@ pub const TECHNIQUE: Technique = Technique {
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Ssdo::from_settings(settings)?;
     let radius = inputs.nearby(parameters.radius, Ssdo::TECHNIQUE)?;
-    let level = pyramid(plan, inputs, &[("VOTE", 0.0)], parameters.start_resolution.divisor(), 0).remove(0);
+    let level = pyramid(plan, inputs, false, parameters.start_resolution.divisor(), 0).remove(0);
     let gathered = plan.texture("gathered", level.size, Format::Rgba32Float, "light at the start resolution");
-    plan.pass(Part::Technique, "gather", "ssdo/gather")
-        .constants(&parameters.constants())
-        .param("scale", level.scale as f32)
-        .param("radius", radius)
-        .param("intensity", parameters.intensity)
-        .bind("surfels", level.surfels)
-        .bind("gathered", gathered)
+    let run = Gather {
+        surfels: level.surfels,
+        gathered,
+        params: gather::Params { scale: level.scale as f32, radius, intensity: parameters.intensity },
+        constants: gather::Constants {
+            samples: parameters.samples,
+            radiometric: parameters.weighting == Weighting::Radiometric,
+        },
+    };
+    plan.pass(Part::Technique, "gather", run)
         .because("what hides points of the hemisphere sends light")
         .over(level.size);
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };

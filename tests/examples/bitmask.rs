@@ -13,13 +13,12 @@ use std::{path::PathBuf, process::ExitCode};
 use clap::{Parser, Subcommand};
 use halflight_evaluator::{
     Error,
-    command::parse_size,
-    metrics::{Rgb, linear_errors, mean},
-    session::{Frames, Session, open_scene},
-    statistics::percentile,
-    truth,
+    experiment::reference,
+    experiment::session::{Frames, Session, open_scene},
 };
+use halflight_metrics::{LinearPair, Rgb, bias, mean, p95_abs, percentile, rmse};
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
+use halflight_techniques::invocation::parse_size;
 use halflight_tests::{device, request};
 
 #[derive(Parser)]
@@ -287,7 +286,7 @@ fn tables(args: &Args, session: &Session) -> Result<(), Error> {
 fn occlusion(args: &Args, session: &Session) -> Result<(), Error> {
     let request_truth =
         TruthRequest { ambient_occlusion: Some(args.radius), ..TruthRequest::new(session.scene.camera, args.size) };
-    let truth = truth::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
+    let truth = reference::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
     let Some(open) = &truth.ambient_occlusion else { return Err(Error::Failed("the truth has no openness".into())) };
     let reference: Vec<Rgb> = open.mean.iter().map(|&v| [v; 3]).collect();
     let mask: Vec<bool> = truth.depth.iter().map(|&depth| depth > 0.0).collect();
@@ -315,10 +314,10 @@ fn occlusion(args: &Args, session: &Session) -> Result<(), Error> {
         let mut frames = session.frames(&request(technique, &settings, args.size))?;
         let image = frames.mean_over_frames("ambient_occlusion", args.frames)?.0;
         let image: Vec<Rgb> = image.iter().map(|v| [v[0]; 3]).collect();
-        let errors = linear_errors(&image, &reference, Some(&mask));
+        let pair = LinearPair::new(&image, &reference, Some(&mask));
         let sizes = image.iter().zip(&reference).zip(&mask).filter(|(_, m)| **m).map(|((a, b), _)| (a[0] - b[0]).abs());
         let size = f64::from(sizes.sum::<f32>()) / mask.iter().filter(|m| **m).count() as f64;
-        println!("{name:<42}{:>10.4}{:>+10.4}{:>10.4}{size:>12.4}", errors.rmse, errors.bias, errors.p95_abs);
+        println!("{name:<42}{:>10.4}{:>+10.4}{:>10.4}{size:>12.4}", rmse(&pair), bias(&pair), p95_abs(&pair));
     }
     Ok(())
 }
@@ -326,7 +325,7 @@ fn occlusion(args: &Args, session: &Session) -> Result<(), Error> {
 fn light(args: &Args, session: &Session) -> Result<(), Error> {
     let request_truth =
         TruthRequest { bounce1: true, on_screen: true, ..TruthRequest::new(session.scene.camera, args.size) };
-    let truth = truth::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
+    let truth = reference::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
     let (Some(all), Some(seen)) = (&truth.bounce1, &truth.on_screen) else {
         return Err(Error::Failed("the truth has no first bounce".into()));
     };
@@ -354,13 +353,13 @@ fn light(args: &Args, session: &Session) -> Result<(), Error> {
     rows.push(("horizon, 1 slice".into(), "horizon", thickness("0.2")[2..].to_vec()));
     let mut rays = f64::NAN;
     for (name, technique, settings) in rows {
-        let request = halflight_evaluator::session::Request {
+        let request = halflight_evaluator::experiment::session::Request {
             direct: Some(&truth.direct),
             ..request(technique, &settings, args.size)
         };
         let (image, deviation) = session.frames(&request)?.mean_over_frames("indirect", args.frames)?;
         let found = mean(&image, Some(&mask));
-        let errors = linear_errors(&image, &seen.mean, Some(&mask));
+        let pair = LinearPair::new(&image, &seen.mean, Some(&mask));
         let noise = deviation / found;
         if technique == "ray-march" {
             rays = noise;
@@ -368,7 +367,7 @@ fn light(args: &Args, session: &Session) -> Result<(), Error> {
         println!(
             "{name:<42}{found:>12.5}{:>13.1}%{:>14.3}{noise:>12.3}{:>16.2}",
             100.0 * found / part,
-            errors.rmse / part,
+            rmse(&pair) / part,
             (rays / noise).powi(2)
         );
     }
@@ -384,7 +383,8 @@ fn bounces(args: &Args, session: &Session) -> Result<(), Error> {
     let mut first = f64::NAN;
     for bounces in [1, 2, 3, 8] {
         let request_truth = TruthRequest { bounces, ..TruthRequest::new(session.scene.camera, args.size) };
-        let truth = truth::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
+        let truth =
+            reference::trace(device(), session.scene, &request_truth, Stop::at_samples(args.truth_samples))?.truth;
         let mask: Vec<bool> = truth.depth.iter().map(|&depth| depth > 0.0).collect();
         let found = truth.indirect.map_or(f64::NAN, |light| mean(&light.mean, Some(&mask)));
         first = if bounces == 1 { found } else { first };

@@ -11,15 +11,15 @@ use std::process::ExitCode;
 use clap::Parser;
 use halflight_evaluator::{
     Error,
-    command::parse_size,
-    metrics::{Rgb, linear_errors, mean},
-    session::{Request, Session},
-    statistics::percentile,
-    truth,
+    experiment::reference,
+    experiment::session::{Request, Session},
 };
 use halflight_frame_graph::PassTime;
+use halflight_metrics::{LinearPair, Rgb, mean, percentile, rel_mse, rmse};
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
-use halflight_tests::{device, request, scenes::polished};
+use halflight_soundness::scenes::polished;
+use halflight_techniques::invocation::parse_size;
+use halflight_tests::{device, request};
 
 #[derive(Parser)]
 struct Args {
@@ -120,7 +120,7 @@ fn errors(args: &Args) -> Result<(), Error> {
         let scene = polished(exponent);
         let session = Session::new(device(), &scene);
         let request_of_truth = TruthRequest { glossy: true, ..TruthRequest::new(scene.camera, args.size) };
-        let traced = truth::trace(device(), &scene, &request_of_truth, Stop::at_samples(args.truth_samples))?.truth;
+        let traced = reference::trace(device(), &scene, &request_of_truth, Stop::at_samples(args.truth_samples))?.truth;
         let glossy = traced.glossy.unwrap_or_default();
         let mask: Vec<bool> = glossy.mean.iter().map(|pixel| pixel[0] > 0.0).collect();
         let truth_mean = mean(&glossy.mean, Some(&mask));
@@ -130,12 +130,12 @@ fn errors(args: &Args) -> Result<(), Error> {
             request.settings.extend(halflight_tests::settings("hierarchical", &[("visibility", visibility)]));
             let image = session.frames(&request)?.mean_over_frames("glossy", args.frames)?.0;
             let image: Vec<Rgb> = image.iter().map(|pixel| pixel.map(|v| 0.5 * v)).collect();
-            let errors = linear_errors(&image, &glossy.mean, Some(&mask));
+            let pair = LinearPair::new(&image, &glossy.mean, Some(&mask));
             println!(
                 "| {exponent} | {visibility} | {:.3} | {:.3} | {:.3} | {noise:.3} |",
                 mean(&image, Some(&mask)) / truth_mean,
-                errors.rel_mse,
-                errors.rmse / truth_mean,
+                rel_mse(&pair),
+                rmse(&pair) / truth_mean,
             );
         }
     }

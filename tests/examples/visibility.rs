@@ -12,20 +12,24 @@ use clap::Parser;
 use glam::{Mat4, Vec3, Vec3A};
 use halflight_evaluator::{
     Error,
-    command::parse_size,
-    metrics::{Rgb, linear_errors, mean},
-    session::{Request, Session, open_scene},
-    truth,
+    experiment::{
+        reference,
+        session::{Request, Session, open_scene},
+    },
 };
+use halflight_metrics::{LinearPair, Rgb, bias, mean, rel_mse, rmse};
 use halflight_renderer::{
     parameters::{Settings, Value},
     truth::{Request as TruthRequest, Stop},
 };
 use halflight_scenes::{Material, Scene, Texture};
-use halflight_tests::{
-    device, known, oracle,
-    voxels::{Grid, answered, answers, surfels_of},
+use halflight_soundness::oracle::{
+    self,
+    pairs::{Level, answered, surfels_of},
+    voxels::Grid,
 };
+use halflight_techniques::invocation::parse_size;
+use halflight_tests::{device, known};
 use obvhs::{
     cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh},
     ploc::{PlocBuilder, PlocSearchDistance, SortPrecision},
@@ -96,7 +100,7 @@ fn kinds(session: &Session) -> impl Iterator<Item = (&'static str, &'static str)
 
 fn errors(args: &Args, session: &Session) -> Result<(), Error> {
     let request = TruthRequest { bounces: 1, ..TruthRequest::new(session.scene.camera, args.size) };
-    let truth = truth::trace(device(), session.scene, &request, Stop::at_samples(args.truth_samples))?.truth;
+    let truth = reference::trace(device(), session.scene, &request, Stop::at_samples(args.truth_samples))?.truth;
     let Some(bounce) = &truth.indirect else { return Err(Error::Failed("the truth has no first bounce".into())) };
     let lit = |light: &[Rgb]| -> Vec<Rgb> {
         truth.albedo.iter().zip(light).map(|(a, l)| std::array::from_fn(|c| a[c] * l[c])).collect()
@@ -107,14 +111,14 @@ fn errors(args: &Args, session: &Session) -> Result<(), Error> {
     // What the truth's own noise adds to relMSE.
     let deviation = lit(&bounce.standard_error);
     let noisy: Vec<Rgb> = reference.iter().zip(&deviation).map(|(t, e)| std::array::from_fn(|c| t[c] + e[c])).collect();
-    let noise = linear_errors(&noisy, &reference, Some(&mask)).rel_mse;
+    let noise = rel_mse(&LinearPair::new(&noisy, &reference, Some(&mask)));
     println!(
         "\n{:<12}{:<8}{:>9}{:>13}{:>13}{:>12}{:>12}{:>12}",
         "visibility", "levels", "relMSE", "bias / mean", "RMSE / mean", "of it dark", "middle", "bright"
     );
     let show = |kind: &str, downsampling: &str, image: &[Rgb]| {
-        let errors = linear_errors(&lit(image), &reference, Some(&mask));
         let lit = lit(image);
+        let pair = LinearPair::new(&lit, &reference, Some(&mask));
         // Which pixels the error stands on: truth under a tenth of its mean, up to the mean, above it.
         let share = |wanted: &dyn Fn(f64) -> bool| {
             let of = |(x, t): (&f32, &f32)| {
@@ -127,9 +131,9 @@ fn errors(args: &Args, session: &Session) -> Result<(), Error> {
         };
         println!(
             "{kind:<12}{downsampling:<8}{:>9.3}{:>13.3}{:>13.3}{:>12.3}{:>12.3}{:>12.3}",
-            errors.rel_mse,
-            errors.bias / middle,
-            errors.rmse / middle,
+            rel_mse(&pair),
+            bias(&pair) / middle,
+            rmse(&pair) / middle,
             share(&|t| t < 0.1),
             share(&|t| (0.1..1.0).contains(&t)),
             share(&|t| t >= 1.0),
@@ -160,14 +164,13 @@ fn rays(args: &Args, session: &Session) -> Result<(), Error> {
     );
     for (kind, downsampling) in kinds(session).filter(|(kind, _)| *kind != "off") {
         let settings = settings(args, &[("visibility", kind), ("visibility_downsampling", downsampling)])?;
-        let (frames, levels) = answered(session, &settings, args.size, args.pairs);
+        let (frames, levels) = answered(session, &settings, args.size, args.pairs)?;
         let to_world = frames.view().world_to_view.inverse();
-        let scale = args.size[0].div_ceil(levels[0].0.size[0]);
+        let scale = args.size[0].div_ceil(levels[0].surfels.size[0]);
         let mut grid = Grid::read(&frames, scale);
-        for (k, (surfels, pairs)) in levels.iter().enumerate() {
-            let seen = answers(&frames, k as u32);
+        for (k, Level { surfels, pairs, seen }) in levels.iter().enumerate() {
             let (mut hidden, mut leaks, mut dark) = (0, 0, 0);
-            for (&pair, &seen) in pairs.iter().zip(&seen) {
+            for (&pair, &seen) in pairs.iter().zip(seen) {
                 let open = geometry.sees(surfels_of(surfels, pair), to_world);
                 hidden += usize::from(!open);
                 leaks += usize::from(seen && !open);

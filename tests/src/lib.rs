@@ -1,14 +1,13 @@
-//! What the workspace-level tests share: one device for each test binary, scenes small enough to
-//! reason about, and double-precision twins of what the shaders compute.
+//! Helpers of the tests that need more than one crate: one device per test binary, bundled scenes, requests and images.
 
-pub use halflight_evaluator::stability::{oracle, scenes, sectors as bitmask, voxels};
+pub mod snapshot;
 
 use std::{
     path::{Path, PathBuf},
     sync::OnceLock,
 };
 
-use halflight_evaluator::session::{Frames, Request, Session};
+use halflight_evaluator::experiment::session::{Frames, Request, Session};
 use halflight_native::{
     AdapterChoice, NativeGpu,
     images::{Rgb, luminance},

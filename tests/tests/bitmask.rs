@@ -4,19 +4,16 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
-use halflight_evaluator::{
-    session::{Frames, Session},
-    stability::corner::{corner, seen_of_the_other},
-};
+use halflight_evaluator::experiment::session::{Frames, Session};
 use halflight_native::{images::Rgb, truth::TruthSource};
 use halflight_renderer::truth::{Request as TruthRequest, Stop, Truth};
 use halflight_scenes::{Environment, Mesh, Scene};
-use halflight_tests::{
-    bitmask::Gather,
-    bundled, device, frames, mean_luminance,
-    oracle::{GBuffer, Pixel},
-    request, scenes,
+use halflight_soundness::{
+    oracle::{GBuffer, Pixel, sectors::Gather},
+    scenes,
+    suite::corner::{corner, seen_of_the_other},
 };
+use halflight_tests::{bundled, device, frames, mean_luminance, request};
 
 /// What each pixel shows, in world space.
 fn world(frames: &Frames) -> Vec<Option<(DVec3, DVec3)>> {
@@ -406,7 +403,7 @@ fn the_environment_lights_what_is_open() {
     let rmse = ["normal", "bent-normal", "bitmask"].map(|ambient| {
         let settings = [&common[1..], &[("ambient", ambient), ("thickness", "0.02")]].concat();
         let image = converged(&session, "bitmask", &settings, size, 4);
-        halflight_evaluator::metrics::linear_errors(&image, &traced, Some(&mask)).rmse
+        halflight_metrics::rmse(&halflight_metrics::LinearPair::new(&image, &traced, Some(&mask)))
     });
     println!("sky: RMSE of normal, bent normal and bitmask {rmse:.4?}");
     assert!(rmse[2] < rmse[0] && rmse[2] < rmse[1], "{rmse:?}");

@@ -2,11 +2,12 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::DVec3;
-use halflight_evaluator::session::{Frames, Session};
+use halflight_evaluator::experiment::session::{Frames, Session};
 use halflight_native::images::Rgb;
 use halflight_renderer::{plan_frame, scene::SceneFacts};
 use halflight_scenes::{CameraKeyframe, Light, Moves};
-use halflight_tests::{bundled, device, frames, known, mean_luminance, oracle::GBuffer, request, scenes, settings};
+use halflight_soundness::{oracle::GBuffer, scenes};
+use halflight_tests::{bundled, device, frames, known, mean_luminance, request, settings};
 
 /// Light of the first bounces, then of more, luminance.
 fn light(name: &str, bounces: u32, more: &[(&str, &str)], count: u32) -> f64 {

@@ -4,11 +4,12 @@
 //! number of samples, the start resolution and the radius, as long as the rings cover the screen.
 #![allow(clippy::unwrap_used)]
 
-use halflight_evaluator::session::{Frames, Session};
+use halflight_evaluator::experiment::session::{Frames, Session};
 use halflight_native::images::luminance;
 use halflight_scenes::Scene;
+use halflight_soundness::{oracle::GBuffer, scenes};
 use halflight_techniques::hierarchical::{Ring, covering_radius, ring_radii};
-use halflight_tests::{bundled, device, mean_luminance, oracle::GBuffer, request, scenes};
+use halflight_tests::{bundled, device, mean_luminance, request};
 
 #[test]
 fn rings_of_successive_levels_tile_the_disc() {

@@ -2,13 +2,13 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::{DVec3, Vec3};
-use halflight_evaluator::session::Session;
+use halflight_evaluator::experiment::session::Session;
 use halflight_scenes::{Camera, Scene};
-use halflight_tests::{
-    bundled, device, frames,
+use halflight_soundness::{
     oracle::{GBuffer, Pixel},
-    request, scenes,
+    scenes,
 };
+use halflight_tests::{bundled, device, frames, request};
 
 /// Largest error of the shader's sum relative to the pixel's value, or to a hundredth of the mean
 /// where the pixel is darker than that: float32 cannot promise more where light of the whole screen

@@ -4,7 +4,8 @@
 use glam::Vec3;
 use halflight_evaluator::explain::{Explanation, Options};
 use halflight_scenes::{Light, Material, Scene};
-use halflight_tests::{device, known, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{device, known, settings};
 
 /// A white floor and an emitting plate above its left edge, seen from the front: all on the screen, nothing hidden. The
 /// plate's back shines too, but on nothing.

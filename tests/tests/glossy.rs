@@ -2,18 +2,16 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::DVec3;
-use halflight_evaluator::session::Session;
+use halflight_evaluator::experiment::session::Session;
 use halflight_native::truth::TruthSource;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_renderer::{plan_frame, plan_technique, scene::SceneFacts};
 use halflight_scenes::Scene;
-use halflight_tests::{
-    device, frames, known, mean_luminance,
+use halflight_soundness::{
     oracle::GBuffer,
-    request,
     scenes::{self, polished},
-    settings,
 };
+use halflight_tests::{device, frames, known, mean_luminance, request, settings};
 
 #[test]
 fn gloss_costs_nothing_where_no_material_has_any_or_the_switch_is_off() {
@@ -30,7 +28,7 @@ fn gloss_costs_nothing_where_no_material_has_any_or_the_switch_is_off() {
     let gathers = ["gather_0_glossy", "gather_1_glossy", "gather_2_glossy", "gather_3_glossy"];
     let combines = ["combine_2_glossy", "combine_1_glossy", "combine_0_glossy", "upsample_glossy"];
     assert_eq!(added, [&gathers[..], &combines].concat());
-    assert_eq!(on.find("composite").unwrap().shader, "composite/composite+float16+glossy");
+    assert_eq!(on.find("composite").unwrap().shader.name, "composite/composite+float16+glossy");
     // A filter over frames has a history of its own for it.
     let filtered = |glossy| {
         let values = settings("hierarchical", &[("glossy", glossy), ("temporal_a", "0.9")]);

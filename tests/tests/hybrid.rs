@@ -2,15 +2,16 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::Vec3;
-use halflight_evaluator::session::Session;
-use halflight_evaluator::truth::trace;
+use halflight_evaluator::experiment::reference::trace;
+use halflight_evaluator::experiment::session::Session;
 use halflight_renderer::{
     plan_frame,
     scene::SceneFacts,
     truth::{Request, Stop},
 };
 use halflight_scenes::{Keyframe, Light, Material, Motion, Scene};
-use halflight_tests::{device, frames, known, mean_luminance, render, request, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{device, frames, known, mean_luminance, render, request, settings};
 
 const SIZE: [u32; 2] = [96, 54];
 
@@ -260,7 +261,8 @@ fn what_no_view_sees_hides_what_a_mirror_would_show() {
         };
         let (on, off) = (shown("on"), shown("off"));
         let [wanted_red, on_red, off_red] = [&wanted, &on, &off].map(|image| red(image));
-        let error = |image: &[[f32; 3]]| halflight_evaluator::metrics::linear_errors(image, &wanted, None).rmse;
+        let error =
+            |image: &[[f32; 3]]| halflight_metrics::rmse(&halflight_metrics::LinearPair::new(image, &wanted, None));
         println!(
             "screen of {height}: red light {on_red:.2} of {wanted_red:.2}, {off_red:.2} without visibility; RMSE {:.4}, {:.4}",
             error(&on),
@@ -296,7 +298,7 @@ fn pixels_that_interpolation_does_not_know_are_gathered_anew() {
             .0
     };
     let full = image(&[("start_resolution", "full")]);
-    let error = |image: &[[f32; 3]]| halflight_evaluator::metrics::linear_errors(image, &full, None).rmse;
+    let error = |image: &[[f32; 3]]| halflight_metrics::rmse(&halflight_metrics::LinearPair::new(image, &full, None));
     let of = |below: &str| image(&[("start_resolution", "quarter"), ("recompute_below", below)]);
     let [none, few, all] = ["0", "0.1", "1"].map(of);
     let changed = few.iter().zip(&none).filter(|(a, b)| a != b).count() as f64 / none.len() as f64;
@@ -460,7 +462,8 @@ fn a_mirror_shows_what_is_off_the_screen() {
     // of the upper one, are off by one or the other.
     assert!((red_ratio - 1.0).abs() < 0.05, "{red_ratio}");
     assert!((grey_ratio - 1.0).abs() < 0.1, "{grey_ratio}");
-    let errors = |image: &[[f32; 3]]| halflight_evaluator::metrics::linear_errors(image, &wanted, None).rmse;
+    let errors =
+        |image: &[[f32; 3]]| halflight_metrics::rmse(&halflight_metrics::LinearPair::new(image, &wanted, None));
     println!("RMSE {:.4} by the screen, {:.4} by both", errors(&screen), errors(&both));
     assert!(errors(&both) < 0.3 * errors(&screen));
 }

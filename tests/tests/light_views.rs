@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::{DMat4, DVec3, DVec4, Vec3};
-use halflight_evaluator::{session::Session, truth::trace};
+use halflight_evaluator::experiment::{reference::trace, session::Session};
 use halflight_frame_graph::{FramePlan, Part};
 use halflight_renderer::{
     plan_frame,
@@ -11,7 +11,8 @@ use halflight_renderer::{
     truth::{Request, Stop},
 };
 use halflight_scenes::{Light, Material, Scene, Texture};
-use halflight_tests::{device, frames, known, mean_luminance, request, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{device, frames, known, mean_luminance, request, settings};
 
 const SIZE: [u32; 2] = [64, 36];
 
@@ -356,7 +357,7 @@ fn the_plan_has_what_scene_and_settings_need() {
     other.materials[0].receive_only = true;
     assert_eq!(names(&other, &[("sources", "lights")]), ["source"]);
     // Flags are bound where some surface only receives.
-    let shader = |scene: &Scene| plan(scene, &[("sources", "lights")]).find("lit_surfaces_0").unwrap().shader.clone();
+    let shader = |scene: &Scene| plan(scene, &[("sources", "lights")]).find("lit_surfaces_0").unwrap().shader.name;
     let mut silent = scene.clone();
     silent.materials[0].receive_only = true;
     assert_eq!(shader(&scene), "light_views/lit_surfaces");

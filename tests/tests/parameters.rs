@@ -26,7 +26,7 @@ fn every_declaration_is_complete_and_takes_its_own_values() {
             assert_eq!(parameter.check(value).unwrap(), *value, "{key}");
         }
         // Numbers have a unit, choices have none.
-        assert_eq!(parameter.unit.is_empty(), matches!(parameter.kind, Kind::Choice(_) | Kind::Bool), "{key}");
+        assert_eq!(parameter.unit.is_empty(), matches!(parameter.kind, Kind::Choice(_)), "{key}");
     }
 }
 
@@ -58,7 +58,6 @@ fn inside_and_outside(kind: Kind) -> (Vec<Value>, Vec<Value>) {
             names.iter().map(|name| text(name)).collect(),
             vec![text(""), text("nonesuch"), Value::Bool(true), Value::Float(0.5), Value::Int(-1)],
         ),
-        Kind::Bool => (vec![Value::Bool(true), Value::Bool(false)], vec![Value::Int(1), text("yes")]),
     }
 }
 

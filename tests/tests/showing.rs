@@ -3,13 +3,14 @@
 #![allow(clippy::unwrap_used)]
 
 use halflight_frame_graph::{CompiledGraph, Externals, FramePlan, Part};
+use halflight_metrics::tone::{Rgb, tone_map};
 use halflight_native::frames::{Timing, read_texture, run_frame};
 use halflight_renderer::{
     plan_frame,
     scene::{SceneBuffers, SceneFacts, camera_view},
-    tone::{Rgb, tone_map},
 };
 use halflight_scenes::{Camera, Light};
+use halflight_shared_shaders::viewer::show::{self, Show};
 use halflight_tests::{bundled, device, known};
 use wgpu::{TextureFormat as Format, TextureUsages, util::DeviceExt};
 
@@ -21,15 +22,8 @@ fn shown(pixels: &[Rgb], exposure: f32, limit: f32) -> Vec<[u8; 4]> {
     let display = plan.texture("display", size, Format::Rgba8Unorm, "what the screen shows");
     let image = plan.external("image", "the texture to show");
     plan.outputs.insert("display", display);
-    plan.pass(Part::Technique, "show", "viewer/show")
-        .param("content", 0)
-        .param("divisor", 1)
-        .param("exposure", exposure)
-        .param("range", 1.0)
-        .param("limit", limit)
-        .bind("image", image)
-        .bind("display", display)
-        .over(size);
+    let params = show::Params { content: 0, divisor: 1, exposure, range: 1.0, limit };
+    plan.pass(Part::Technique, "show", Show { image, display, params }).over(size);
     let texels: Vec<_> = pixels.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
     let descriptor = wgpu::TextureDescriptor {
         label: None,

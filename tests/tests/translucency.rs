@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::Vec3;
-use halflight_evaluator::{session::Session, truth::trace};
+use halflight_evaluator::experiment::{reference::trace, session::Session};
 use halflight_frame_graph::FramePlan;
 use halflight_renderer::{
     plan_frame,
@@ -10,7 +10,8 @@ use halflight_renderer::{
     truth::{Request, Stop},
 };
 use halflight_scenes::{Light, Material, Scene};
-use halflight_tests::{device, known, mean_luminance, render, request, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{device, known, mean_luminance, render, request, settings};
 
 const SIZE: [u32; 2] = [64, 48];
 
@@ -112,7 +113,7 @@ fn a_translucent_material_adds_exactly_its_own() {
     assert_eq!(added(names(&without), names(&with)), ["translucency_0"]);
     assert_eq!(added(resources(&without), resources(&with)), ["material", "transmitted_0"]);
     assert!(!without.outputs.contains_key("transmitted"));
-    let composite = |plan: &FramePlan| plan.find("composite").unwrap().shader.clone();
+    let composite = |plan: &FramePlan| plan.find("composite").unwrap().shader.name;
     assert_eq!(composite(&with), format!("{}+transmitted", composite(&without)));
     // Nobody asks: nothing is planned.
     for more in [&[("translucency", "off")][..], &[("sources", "screen")]] {

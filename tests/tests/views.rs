@@ -2,8 +2,9 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::Vec3;
-use halflight_evaluator::{metrics::linear_errors, session::Session};
+use halflight_evaluator::experiment::session::Session;
 use halflight_frame_graph::{FramePlan, Part};
+use halflight_metrics::{LinearPair, rmse};
 use halflight_native::{images::Rgb, truth::TruthSource};
 use halflight_renderer::{
     DirectSource, plan_frame,
@@ -11,7 +12,8 @@ use halflight_renderer::{
     truth::{Request as TruthRequest, Stop},
 };
 use halflight_scenes::{Camera, Light, Scene};
-use halflight_tests::{device, frames, known, mean_luminance, render, request, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{device, frames, known, mean_luminance, render, request, settings};
 
 /// Floor and wall, and before the wall a panel whose back is lit: its light falls on what the camera sees, but the lit side
 /// does not show. The extra camera stands beside the panel and sees both.
@@ -85,7 +87,7 @@ fn light_that_only_an_extra_camera_sees_is_found() {
         ];
         let mut frames = frames(&session, &request("hierarchical", &settings, size));
         let image: Vec<Rgb> = frames.mean_over_frames("indirect", 4).unwrap().0;
-        (linear_errors(&image, &truth, None).rmse, mean_luminance(&image) / mean_luminance(&truth))
+        (rmse(&LinearPair::new(&image, &truth, None)), mean_luminance(&image) / mean_luminance(&truth))
     };
     let mean = mean_luminance(&truth);
     for visibility in ["off", "surface"] {

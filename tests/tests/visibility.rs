@@ -2,14 +2,18 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::Vec3;
-use halflight_evaluator::session::Session;
+use halflight_evaluator::experiment::session::Session;
 use halflight_renderer::{plan_technique, scene::SceneFacts};
 use halflight_scenes::Scene;
-use halflight_techniques::TECHNIQUES;
-use halflight_tests::{
-    bundled, device, frames, known, mean_luminance, render, request, scenes, settings,
-    voxels::{Grid, answered, answers, surfels_of},
+use halflight_soundness::{
+    oracle::{
+        pairs::{Level, answered, surfels_of},
+        voxels::Grid,
+    },
+    scenes,
 };
+use halflight_techniques::TECHNIQUES;
+use halflight_tests::{bundled, device, frames, known, mean_luminance, render, request, settings};
 
 /// Rounding of places and slices: float32 knows a place among 320 texels to 3e-5 and a slice to 1e-5 of its range; the
 /// march adds up to a hundred steps to that.
@@ -26,12 +30,11 @@ fn rays_answer_as_their_double_precision_twin() {
             "hierarchical",
             &[("visibility", kind), ("visibility_downsampling", downsampling), ("levels", "3")],
         );
-        let (frames, levels) = answered(&session, &values, [640, 360], 1200);
+        let (frames, levels) = answered(&session, &values, [640, 360], 1200).unwrap();
         let mut grid = Grid::read(&frames, 4);
-        for (k, (surfels, pairs)) in levels.iter().enumerate() {
-            let seen = answers(&frames, k as u32);
+        for (k, Level { surfels, pairs, seen }) in levels.iter().enumerate() {
             let mut wrong = 0;
-            for (&pair, &seen) in pairs.iter().zip(&seen) {
+            for (&pair, &seen) in pairs.iter().zip(seen) {
                 let [receiver, source] = surfels_of(surfels, pair);
                 let hides = |slack| grid.hides(surfels, &receiver, &source, slack);
                 let tie = hides(ROUNDING) != hides(-ROUNDING);

@@ -211,7 +211,6 @@ mod tests {
                     Kind::Int(low, high) => vec![Value::Int(low), Value::Int(high)],
                     Kind::Float(low, high) => vec![Value::Float(low), Value::Float(0.1 * low + 0.9 * high)],
                     Kind::Choice(names) => names.iter().map(|name| Value::Text((*name).into())).collect(),
-                    Kind::Bool => vec![Value::Bool(false), Value::Bool(true)],
                 };
                 for value in values {
                     let mut side = Configuration { technique: technique.name, ..Default::default() };

@@ -89,6 +89,6 @@ pub fn plan(ui: &mut Ui, plan: &FramePlan) {
         };
         let (reads, writes) = pass.reads_and_writes();
         ui.add(egui::Label::new(format!("{}  {}: {}", index + 1, pass.name, pass.reason)).wrap())
-            .on_hover_text(format!("{}\nreads {}\nwrites {}", pass.shader, names(reads), names(writes)));
+            .on_hover_text(format!("{}\nreads {}\nwrites {}", pass.shader.name, names(reads), names(writes)));
     }
 }

@@ -99,7 +99,6 @@ fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Para
                     })
                     .response
             }
-            (Kind::Bool, Value::Bool(on)) => ui.checkbox(on, ""),
             // The parameter's check refuses values of another kind, so this is not reached.
             _ => ui.label(before.to_string()),
         };
@@ -123,7 +122,7 @@ fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Para
 fn tooltip(parameter: &Parameter) -> String {
     let unit = if matches!(parameter.unit, "" | "1") { String::new() } else { format!(" {}", parameter.unit) };
     let effect = match parameter.role {
-        Role::Override(_) => "A pipeline-overridable constant: each new value compiles a pipeline.",
+        Role::Override => "A pipeline-overridable constant: each new value compiles a pipeline.",
         Role::Uniform => "A uniform: changes do not compile anything.",
         Role::Plan => "Changes the passes and textures of the frame.",
     };

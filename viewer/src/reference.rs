@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use halflight_frame_graph::Gpu;
+use halflight_metrics::{LinearPair, rel_mse_with_floor, relative_floor, relative_square};
 use halflight_renderer::{
-    error::{rel_mse, relative_floor, relative_square},
     scene::SceneBuffers,
     truth::{Reading, Request, Stop, Trace, Tracer, Truth, TruthError},
 };
@@ -231,6 +231,6 @@ impl Reference {
     pub fn rel_mse(&self, light: &[[f32; 3]]) -> f64 {
         let image: Vec<_> =
             light.iter().zip(&self.albedo).map(|(l, a)| [l[0] * a[0], l[1] * a[1], l[2] * a[2]]).collect();
-        rel_mse(&image, &self.reflected, &self.mask, self.floor)
+        rel_mse_with_floor(&LinearPair::new(&image, &self.reflected, Some(&self.mask)), self.floor)
     }
 }

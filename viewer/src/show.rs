@@ -5,6 +5,15 @@ use std::collections::HashMap;
 use halflight_frame_graph::{
     CompiledGraph, Externals, FramePlan, Gpu, Part, ResourceId, ResourceKind, scan::largest_number,
 };
+use halflight_shared_shaders::{
+    Call,
+    viewer::{
+        show::{self, Show},
+        show_error::{self, ShowError},
+        show_surfels::{self, ShowSurfels},
+        show_voxels::{self, ShowVoxels},
+    },
+};
 use wgpu::TextureFormat as Format;
 
 use crate::state::View;
@@ -68,13 +77,21 @@ pub fn showable(plan: &FramePlan) -> Vec<&str> {
     (0..plan.resources.len()).filter(|&index| colour(index)).map(|index| plan.resources[index].name.as_str()).collect()
 }
 
+/// The shader for a texture.
+#[derive(Clone, Copy)]
+enum Shown {
+    Colours,
+    Surfels,
+    Voxels,
+}
+
 /// The shader for a texture of this name and format; `None` for formats without colour.
-fn shader(name: &str, format: Format) -> Option<&'static str> {
+fn shader(name: &str, format: Format) -> Option<Shown> {
     match format {
-        Format::Rgba32Uint if name.starts_with("surfels") => Some("viewer/show_surfels"),
-        Format::R32Uint if name.starts_with("voxels") => Some("viewer/show_voxels"),
+        Format::Rgba32Uint if name.starts_with("surfels") => Some(Shown::Surfels),
+        Format::R32Uint if name.starts_with("voxels") => Some(Shown::Voxels),
         Format::R32Float | Format::Rgba32Float | Format::Rgba16Float | Format::Rgba8UnormSrgb | Format::Rgba8Unorm => {
-            Some("viewer/show")
+            Some(Shown::Colours)
         }
         _ => None,
     }
@@ -105,16 +122,16 @@ pub fn show(
         let albedo = plan.external("albedo", "factor of the indirect light");
         let words: Vec<f32> = ERROR_COLOURS.iter().flat_map(|&[r, g, b]| [r, g, b, 1.0]).collect();
         let colours = plan.data("colours", bytemuck::cast_slice(&words).to_vec(), "the colours of the error map");
-        plan.pass(Part::Technique, "show", "viewer/show_error")
-            .constants(&[("INDIRECT", f64::from(u8::from(indirect.is_some())))])
-            .param("relative_floor", reference.relative_floor)
-            .param("full_scale", ERROR_FULL_SCALE)
-            .bind("image", image)
-            .bind("truth", reflected)
-            .bind("albedo", albedo)
-            .bind("colours", colours)
-            .bind("display", display)
-            .over(size);
+        let run = ShowError {
+            image,
+            truth: reflected,
+            albedo,
+            display,
+            colours,
+            params: show_error::Params { relative_floor: reference.relative_floor, full_scale: ERROR_FULL_SCALE },
+            constants: show_error::Constants { indirect: u32::from(indirect.is_some()) },
+        };
+        plan.pass(Part::Technique, "show", run).over(size);
         return Some(CompiledGraph::new(gpu, plan, &Externals { scene: None, textures }));
     }
     let (name, texture) = match view {
@@ -136,16 +153,22 @@ pub fn show(
     };
     let divisor = size[0].div_ceil(texture.width()).max(1);
     textures.insert("image", texture.clone());
-    let shader = shader(name, texture.format())?;
-    let mut pass = plan
-        .pass(Part::Technique, "show", shader)
-        .param("content", content as u32)
-        .param("divisor", divisor)
-        .param("exposure", look.exposure)
-        .param("range", look.range);
-    if shader == "viewer/show" {
-        pass = pass.param("limit", largest_number(texture.format()));
-    }
-    pass.bind("image", image).bind("display", display).over(size);
+    let (content, exposure, range) = (content as u32, look.exposure, look.range);
+    let call = match shader(name, texture.format())? {
+        Shown::Colours => {
+            let limit = largest_number(texture.format());
+            let params = show::Params { content, divisor, exposure, range, limit };
+            Call::from(Show { image, display, params })
+        }
+        Shown::Surfels => {
+            let params = show_surfels::Params { content, divisor, exposure, range };
+            ShowSurfels { image, display, params }.into()
+        }
+        Shown::Voxels => {
+            let params = show_voxels::Params { content, divisor, exposure, range };
+            ShowVoxels { image, display, params }.into()
+        }
+    };
+    plan.pass(Part::Technique, "show", call).over(size);
     Some(CompiledGraph::new(gpu, plan, &Externals { scene: None, textures }))
 }

@@ -5,7 +5,7 @@ use std::{
     process::{Command, ExitCode},
 };
 
-use crate::{Stop, cargo, program, root, setup, typed};
+use crate::{Stop, cargo, forward, program, root, setup};
 
 /// Builds the evaluator and runs a grid; `arguments` go to `evaluator run`.
 pub fn run(arguments: &[String]) -> Result<ExitCode, Stop> {
@@ -24,24 +24,19 @@ pub fn run(arguments: &[String]) -> Result<ExitCode, Stop> {
         }
     }
     command.args(&arguments);
-    let name = typed(&command);
-    eprintln!("== {name}");
-    let status = command.status().map_err(|error| {
-        Stop::failed(format!("{name} does not start ({error}): install Rust from https://rustup.rs, then run again"))
-    })?;
-    if status.success() {
+    let code = forward(&mut command)?;
+    if code == ExitCode::SUCCESS {
         let page = root().join(value_of(&arguments, "--out").unwrap_or("reports/default")).join("index.html");
         println!("Report: {}", page.display());
     }
-    // The evaluator has said what went wrong; other codes are cargo's own.
-    Ok(status.code().and_then(|code| u8::try_from(code).ok()).filter(|code| *code <= 2).unwrap_or(1).into())
+    Ok(code)
 }
 
-/// The evaluator in the tests' profile. Built as a part of the workspace: alone, its dependencies would have fewer features
-/// and the tests would build most of them anew.
+/// The evaluator in the tests' profile. It is built with the whole workspace: alone, its dependencies would have fewer
+/// features, and the tests would build most of them again.
 fn built_like_the_tests() -> Result<Command, Stop> {
     let mut build = cargo(&["build", "--workspace", "--bin", "evaluator"]);
-    crate::run(&mut build, "mend what cargo printed")?;
+    crate::run(&mut build, "fix what cargo printed")?;
     // Cargo puts both side by side.
     let own = env::current_exe()
         .map_err(|error| Stop::failed(format!("this program's folder cannot be found ({error}): run again")))?;

@@ -11,6 +11,8 @@ use std::{
 
 mod evaluate;
 mod setup;
+mod snapshots;
+mod stability;
 mod test;
 mod web;
 
@@ -23,7 +25,12 @@ Commands:
   evaluate [--dev] [ARGUMENTS]  Measure a grid and write its report folder.
                                 ARGUMENTS go to `evaluator run`; --grid and --out replace grids/default.toml
                                 and reports/default. --dev builds in the profile that the tests use.
-  test                          Check formatting, lints (native and wasm32) and documentation, then run every test.
+  stability [ARGUMENTS]         Run the numerical stress tests; `cargo xtask stability --help` lists ARGUMENTS.
+  snapshots [--accept]          Compare small images of every technique with those in tests/snapshots;
+                                --accept makes the new images the expected ones.
+  test [--quick]                Check formatting, lints (native and wasm32) and documentation, then run every test.
+                                --quick checks formatting and runs the tests that find most per second: under five
+                                minutes after the build on two cores.
   web [--dist DIR] [--port PORT]
                                 Build the browser demo and serve it on 127.0.0.1, or write it to a folder.
 
@@ -31,7 +38,7 @@ All first install what is missing, or say what to install. Paths are relative to
 Exit codes: 0 done, 1 failed, 2 bad input or something to install by hand.
 ";
 
-/// Why a command stopped: its exit code and one sentence with the mend.
+/// Why a command stopped: its exit code and one sentence with the fix.
 #[derive(Debug)]
 struct Stop {
     code: u8,
@@ -58,8 +65,9 @@ fn main() -> ExitCode {
 
 fn dispatch(arguments: &[String]) -> Result<ExitCode, Stop> {
     let asks = |argument: &String| ["-h", "--help", "help"].contains(&argument.as_str());
-    // `web` has a help text of its own.
-    if arguments.iter().any(asks) && arguments.first().is_none_or(|command| command != "web") {
+    // These commands have help texts of their own.
+    let own_help = |command: &String| ["web", "stability"].contains(&command.as_str());
+    if arguments.iter().any(asks) && !arguments.first().is_some_and(own_help) {
         print!("{HELP}");
         return Ok(ExitCode::SUCCESS);
     }
@@ -69,13 +77,20 @@ fn dispatch(arguments: &[String]) -> Result<ExitCode, Stop> {
     };
     match (command.as_str(), rest) {
         ("evaluate", rest) => evaluate::run(rest),
+        ("snapshots", []) => snapshots::compare(false),
+        ("snapshots", [accept]) if accept == "--accept" => snapshots::compare(true),
+        ("snapshots", [extra, ..]) => {
+            Err(Stop::bad_input(format!("cargo xtask snapshots takes --accept or nothing, not {extra}")))
+        }
         ("test", []) => test::run_all(),
+        ("test", [quick]) if quick == "--quick" => test::run_quick(),
         ("test", [extra, ..]) => Err(Stop::bad_input(format!(
-            "cargo xtask test takes no argument, so not {extra}: to run some tests only, use cargo test"
+            "cargo xtask test takes --quick or nothing, not {extra}: to run some tests only, use cargo test"
         ))),
+        ("stability", rest) => stability::run(rest),
         ("web", rest) => web::run(rest),
         (unknown, _) => Err(Stop::bad_input(format!(
-            "there is no command {unknown}: choose evaluate, test or web, or ask for --help"
+            "there is no command {unknown}: choose evaluate, snapshots, stability, test or web, or ask for --help"
         ))),
     }
 }
@@ -109,11 +124,25 @@ fn typed(command: &Command) -> String {
     [name].into_iter().chain(command.get_args()).map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
 }
 
-/// Says what runs, runs it and waits.
+/// Prints a command, runs it and returns its exit code where that is 0, 1 or 2, otherwise 1: other codes are cargo's own. The
+/// program prints its own error.
 ///
 /// # Errors
-/// Where it cannot start, or ends with a failure: one sentence that closes with `mend`.
-fn run(command: &mut Command, mend: &str) -> Result<(), Stop> {
+/// Where it cannot start.
+fn forward(command: &mut Command) -> Result<ExitCode, Stop> {
+    let name = typed(command);
+    eprintln!("== {name}");
+    let status = command.status().map_err(|error| {
+        Stop::failed(format!("{name} does not start ({error}): install Rust from https://rustup.rs, then run again"))
+    })?;
+    Ok(status.code().and_then(|code| u8::try_from(code).ok()).filter(|code| *code <= 2).unwrap_or(1).into())
+}
+
+/// Prints a command, runs it and waits.
+///
+/// # Errors
+/// Where it cannot start or fails: one sentence that ends with `fix`.
+fn run(command: &mut Command, fix: &str) -> Result<(), Stop> {
     let name = typed(command);
     eprintln!("== {name}");
     let start = Instant::now();
@@ -122,7 +151,7 @@ fn run(command: &mut Command, mend: &str) -> Result<(), Stop> {
             eprintln!("== done in {:.0} s", start.elapsed().as_secs_f64());
             Ok(())
         }
-        Ok(status) => Err(Stop::failed(format!("{name} failed ({status}): {mend}"))),
-        Err(error) => Err(Stop::failed(format!("{name} does not start ({error}): {mend}"))),
+        Ok(status) => Err(Stop::failed(format!("{name} failed ({status}): {fix}"))),
+        Err(error) => Err(Stop::failed(format!("{name} does not start ({error}): {fix}"))),
     }
 }

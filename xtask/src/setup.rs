@@ -1,4 +1,4 @@
-//! Finds what this computer lacks and installs it, or says what to install.
+//! Finds what this computer lacks and installs it, or prints what to install.
 
 use std::{
     env,
@@ -13,11 +13,11 @@ use crate::{Stop, cargo, run};
 /// Rust's name for browsers.
 pub const WASM: &str = "wasm32-unknown-unknown";
 
-/// Something that must come from the operating system.
+/// A need that the operating system provides.
 struct Need {
     what: &'static str,
     found: fn() -> bool,
-    /// Packages of Debian and Ubuntu that bring it.
+    /// Packages of Debian and Ubuntu that provide it.
     packages: &'static [&'static str],
 }
 
@@ -30,7 +30,7 @@ const NEEDS: [Need; 2] = [
     Need { what: "a C++ compiler (the FLIP metric is a C++ library)", found: cpp_compiler, packages: &["g++"] },
 ];
 
-/// What only the tests need.
+/// Needed by tests only.
 const TEST_NEEDS: [Need; 1] = [Need {
     what: "Chromium or Chrome (the tests of the browser demo run in it)",
     found: browser,
@@ -40,12 +40,12 @@ const TEST_NEEDS: [Need; 1] = [Need {
 /// Names under which the browser tests look for Chromium: those of `web/tests/browser/chromium.rs`.
 const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
 
-/// Sets up what building and running the evaluator takes.
+/// Installs what building and running the evaluator needs.
 pub fn system() -> Result<(), Stop> {
     provide(&NEEDS)
 }
 
-/// Sets up what the tests need besides.
+/// Installs what the tests need in addition.
 pub fn for_tests() -> Result<(), Stop> {
     provide(&TEST_NEEDS)
 }
@@ -72,7 +72,7 @@ fn provide(needs: &[Need]) -> Result<(), Stop> {
     }
 }
 
-/// Sets up the parts of the Rust toolchain that only the checks use.
+/// Installs the components of the Rust toolchain that only the checks use.
 pub fn rust() -> Result<(), Stop> {
     let has = |tool| succeeds(cargo(&[tool, "--version"]));
     for (component, tool) in [("rustfmt", "fmt"), ("clippy", "clippy")] {
@@ -83,7 +83,7 @@ pub fn rust() -> Result<(), Stop> {
     wasm()
 }
 
-/// Sets up Rust's libraries for browsers.
+/// Installs Rust's standard library for browsers.
 pub fn wasm() -> Result<(), Stop> {
     let libraries = Command::new("rustc").args(["--print", "target-libdir", "--target", WASM]).output();
     let installed = |out: Vec<u8>| Path::new(String::from_utf8_lossy(&out).trim()).is_dir();
@@ -94,15 +94,15 @@ pub fn wasm() -> Result<(), Stop> {
 }
 
 fn rustup(arguments: [&str; 3]) -> Result<(), Stop> {
-    let mend = format!("install {} for your Rust toolchain (https://rustup.rs), then run again", arguments[2]);
-    run(Command::new("rustup").args(arguments), &mend).map_err(|Stop { sentence, .. }| Stop::bad_input(sentence))
+    let fix = format!("install {} for your Rust toolchain (https://rustup.rs), then run again", arguments[2]);
+    run(Command::new("rustup").args(arguments), &fix).map_err(|Stop { sentence, .. }| Stop::bad_input(sentence))
 }
 
 fn succeeds(mut command: Command) -> bool {
     command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
 }
 
-/// Whether a browser is where the tests look for it.
+/// Whether the tests will find a browser.
 fn browser() -> bool {
     if let Some(path) = environment("HALFLIGHT_CHROMIUM") {
         return path.is_file();
@@ -114,11 +114,11 @@ fn browser() -> bool {
 fn cpp_compiler() -> bool {
     let mut compiler = Command::new(env::var_os("CXX").unwrap_or_else(|| "c++".into()));
     compiler.arg("--version");
-    // On Windows the build finds the compiler that rustc itself links with.
+    // On Windows the build finds the compiler that rustc links with.
     cfg!(windows) || succeeds(compiler)
 }
 
-/// Who owns this process: files under /proc/self belong to its user.
+/// Whether this process is root's: files under /proc/self belong to its user.
 #[cfg(unix)]
 fn is_root() -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -130,8 +130,7 @@ fn is_root() -> bool {
     false
 }
 
-/// Whether Vulkan's loader opens and has a driver to load. Elsewhere than on Linux the system brings Metal or
-/// DirectX 12.
+/// Whether Vulkan's loader opens and has a driver to load. Other systems than Linux provide Metal or DirectX 12.
 fn vulkan() -> bool {
     !cfg!(target_os = "linux") || (loader_opens() && has_driver(&environment))
 }
@@ -143,8 +142,8 @@ fn loader_opens() -> bool {
         fn dlopen(name: *const c_char, mode: c_int) -> *mut c_void;
     }
     const RTLD_LAZY: c_int = 1;
-    // SAFETY: the name ends with a zero byte. The loader is left open: its initialisers run once, as in any program that
-    // uses Vulkan.
+    // SAFETY: the name ends with a zero byte. The loader stays open: its initialisers run once, as in any program that uses
+    // Vulkan.
     !unsafe { dlopen(c"libvulkan.so.1".as_ptr(), RTLD_LAZY) }.is_null()
 }
 
@@ -157,7 +156,7 @@ fn environment(name: &str) -> Option<PathBuf> {
     env::var_os(name).map(PathBuf::from)
 }
 
-/// Whether a driver's manifest lies where the loader looks for one.
+/// Whether a driver's manifest is in a folder that the loader searches.
 fn has_driver(variable: &dyn Fn(&str) -> Option<PathBuf>) -> bool {
     let folder_has_manifest = |folder: PathBuf| {
         let entries = fs::read_dir(folder.join("vulkan/icd.d")).into_iter().flatten().flatten();
@@ -181,7 +180,7 @@ mod tests {
         let folder = env::temp_dir().join(format!("halflight-xtask-{}", std::process::id()));
         let icd = folder.join("vulkan/icd.d");
         fs::create_dir_all(&icd).expect("a folder for the test");
-        // /etc is looked through whatever the variables say.
+        // /etc is searched regardless of the variables.
         let elsewhere = has_driver(&|name| (name == "XDG_DATA_DIRS").then(|| "/nonexistent".into()));
         let here = |name: &str| match name {
             "XDG_DATA_DIRS" => Some("/nonexistent".into()),

@@ -8,7 +8,9 @@ use std::{
 use crate::{Stop, cargo, run, setup};
 
 /// The crates that run in a browser.
-const PORTABLE: [&str; 14] = [
+const PORTABLE: [&str; 16] = [
+    "-p",
+    "halflight-metrics",
     "-p",
     "halflight-scenes",
     "-p",
@@ -26,6 +28,31 @@ const PORTABLE: [&str; 14] = [
 ];
 const DENY_WARNINGS: [&str; 3] = ["--", "--deny", "warnings"];
 
+/// The integration tests of a quick run, each by its name in any crate: shaders, readers, plans, parameters, closed forms, and
+/// one small image or more of every technique. Unit tests run besides.
+const QUICK: [&str; 12] = [
+    "architecture",
+    "bad_input",
+    "compile",
+    "dependencies",
+    "exhaustive",
+    "explain",
+    "load",
+    "parameters",
+    "plans",
+    "showing",
+    "snapshots",
+    "views",
+];
+
+/// Formatting, unit tests and the integration tests of [`QUICK`].
+pub fn run_quick() -> Result<ExitCode, Stop> {
+    setup::system()?;
+    setup::rust()?;
+    run(&mut cargo(&["fmt", "--all", "--check"]), "run cargo fmt --all")?;
+    tests(&[&["--lib", "--bins"][..], &QUICK.map(|name| ["--test", name]).concat()].concat())
+}
+
 /// Stops at the first kind of check that fails; of the tests, runs all.
 pub fn run_all() -> Result<ExitCode, Stop> {
     setup::system()?;
@@ -33,20 +60,22 @@ pub fn run_all() -> Result<ExitCode, Stop> {
     setup::rust()?;
     run(&mut cargo(&["fmt", "--all", "--check"]), "run cargo fmt --all")?;
     let clippy = |targets: &[&str]| {
-        run(cargo(&["clippy"]).args(targets).args(DENY_WARNINGS), "mend the warnings that it printed")
+        run(cargo(&["clippy"]).args(targets).args(DENY_WARNINGS), "fix the warnings that it printed")
     };
     clippy(&["--workspace", "--all-targets"])?;
     clippy(&[&["--target", setup::WASM], PORTABLE.as_slice()].concat())?;
     run(
         cargo(&["doc", "--workspace", "--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "--deny warnings"),
-        "mend the documentation that it names",
+        "fix the documentation that it names",
     )?;
-    tests()
+    tests(&[])
 }
 
-/// Runs every test and closes with one line: `N passed, N failed`.
-fn tests() -> Result<ExitCode, Stop> {
+/// Runs these targets' tests, or every test where none is given. The last line is `N passed, N failed`.
+fn tests(targets: &[&str]) -> Result<ExitCode, Stop> {
+    // Always the workspace: alone, a crate's dependencies would have fewer features and be built once more.
     let mut command = cargo(&["test", "--workspace", "--no-fail-fast"]);
+    command.args(targets);
     eprintln!("== {}", crate::typed(&command));
     let unreadable = |error| Stop::failed(format!("the tests' output cannot be read ({error}): run again"));
     let mut child = command.stdout(Stdio::piped()).spawn().map_err(unreadable)?;
@@ -59,7 +88,7 @@ fn tests() -> Result<ExitCode, Stop> {
     }
     let status = child.wait().map_err(unreadable)?;
     if tally.announced == 0 {
-        return Err(Stop::failed("no test ran: mend what cargo printed"));
+        return Err(Stop::failed("no test ran: fix what cargo printed"));
     }
     println!("{} passed, {} failed", tally.passed, tally.failed());
     Ok(if status.success() && tally.failed() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
@@ -74,7 +103,7 @@ struct Tally {
 }
 
 impl Tally {
-    /// Takes in a line that a test binary printed.
+    /// Counts a line that a test binary printed.
     fn read(&mut self, line: &str) {
         let number = |words: &str| words.trim().split(' ').next().and_then(|word| word.parse().ok()).unwrap_or(0);
         if let Some(rest) =
@@ -92,7 +121,7 @@ impl Tally {
         }
     }
 
-    /// Tests that did not pass: also those of a binary that crashed before it could say so.
+    /// Tests that did not pass, also those of a binary that crashed before it could report them.
     fn failed(&self) -> usize {
         self.announced.saturating_sub(self.passed + self.ignored)
     }

@@ -4,12 +4,19 @@ use std::path::PathBuf;
 
 use clap::Args;
 use halflight_native::cache::Cache;
+use halflight_output::terminal;
 
-use super::{SceneArgs, TechniqueArgs, parse_size};
+use super::{SceneArgs, TechniqueArgs, print_json, print_warnings};
+use halflight_renderer::parameters::Settings;
+use halflight_techniques::invocation::{Invocation, parse_size};
+
 use crate::{
     Error,
+    experiment::{
+        COMMIT,
+        session::{open_adapter, open_scene},
+    },
     explain::{Explanation, Options},
-    session::{open_adapter, open_scene},
 };
 
 #[derive(Args)]
@@ -24,7 +31,7 @@ pub(super) struct ExplainArgs {
     /// Frames that stand for the converged image.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
-    /// Samples a pixel of the truth.
+    /// Samples a pixel of the reference.
     #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..))]
     samples_per_pixel: u32,
     /// Direct light that the technique reads: rendered (shadow maps) or truth (path-traced).
@@ -44,11 +51,29 @@ pub(super) struct ExplainArgs {
     json: bool,
 }
 
+impl ExplainArgs {
+    /// The command that finds the same figures, with the settings of a preset written out.
+    fn invocation(&self, technique: &str, settings: &Settings) -> Invocation {
+        Invocation::evaluator("explain")
+            .option("scene", self.scene.scene.display())
+            .technique(technique, settings)
+            .size(self.size)
+            .option("frames", self.frames)
+            .option("samples-per-pixel", self.samples_per_pixel)
+            .option("direct", &self.direct)
+            .option_unless("seed", self.seed, 0)
+            .option_unless("adapter", self.adapter.as_str(), "any")
+            .option_if("out", self.out.as_ref().map(|out| out.display()))
+    }
+}
+
 pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
     let (technique, settings) = args.technique.resolve()?;
     let scene = open_scene(&args.scene.scene)?;
-    for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
+    print_warnings(&scene.warnings);
+    if let Some(folder) = &args.out {
+        // A folder that holds files of the user is refused before anything is measured.
+        Explanation::claim(folder)?;
     }
     let native = open_adapter(&args.adapter)?;
     let options = Options {
@@ -65,25 +90,24 @@ pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
     let [width, height] = args.size;
     let settings: Vec<String> = options.settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let facts = [
+        ("Command", args.invocation(technique.name, &options.settings).to_string()),
         ("Scene", scene.name.clone()),
         ("Size", format!("{width}x{height}")),
         ("Technique", technique.name.to_owned()),
         ("Settings", if settings.is_empty() { "defaults".into() } else { settings.join(" ") }),
         ("Direct light", args.direct.clone()),
         ("Frames", args.frames.to_string()),
-        ("Samples a pixel of the truth", args.samples_per_pixel.to_string()),
+        ("Samples a pixel of the reference", args.samples_per_pixel.to_string()),
         ("Seed", args.seed.to_string()),
         ("Adapter", native.info.name.clone()),
-        ("Commit", crate::run::COMMIT.to_owned()),
+        ("Commit", COMMIT.to_owned()),
     ];
-    if let Some(folder) = &args.out {
+    let written = args.out.as_ref().map_or(Ok(()), |folder| {
         explanation.write(folder, &facts)?;
-        eprintln!("report: {}", folder.join("index.html").display());
-    }
-    if args.json {
-        println!("{}", serde_json::to_string_pretty(&explanation.rows()).map_err(|e| Error::Failed(e.to_string()))?);
-    } else {
-        print!("{explanation}");
-    }
-    Ok(())
+        terminal::note(format_args!("report: {}", folder.join("index.html").display()));
+        Ok(())
+    });
+    // What was measured is printed even where the folder cannot be written.
+    let printed = if args.json { print_json(&explanation.rows()) } else { Ok(terminal::print(explanation)?) };
+    written.and(printed)
 }

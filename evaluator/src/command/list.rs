@@ -1,9 +1,11 @@
 //! `evaluator list`.
 
 use clap::{Args, ValueEnum};
+use halflight_output::terminal;
 use halflight_techniques::{TECHNIQUES, parameters_of};
 use serde_json::json;
 
+use super::print_json;
 use crate::Error;
 
 #[derive(Args)]
@@ -54,17 +56,11 @@ pub(super) fn main(args: &ListArgs) -> Result<(), Error> {
             .collect(),
     };
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&rows).map_err(|e| Error::Failed(e.to_string()))?);
-    } else {
-        for row in &rows {
-            println!(
-                "{:<34} {}",
-                row["name"].as_str().unwrap_or_default(),
-                row["summary"].as_str().unwrap_or_default()
-            );
-        }
+        return print_json(&rows);
     }
-    Ok(())
+    let text = |row: &serde_json::Value, key: &str| row[key].as_str().unwrap_or_default().to_owned();
+    let lines = rows.iter().map(|row| format!("{:<34} {}\n", text(row, "name"), text(row, "summary")));
+    Ok(terminal::print(lines.collect::<String>())?)
 }
 
 fn unit(unit: &str) -> String {

@@ -6,14 +6,21 @@ use clap::Args;
 use halflight_native::{
     files::write_whole,
     images::{Precision, auto_exposure, write_png},
+    scene_hash::scene_hash,
 };
+use halflight_output::terminal;
+use halflight_renderer::parameters::Settings;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
+use halflight_techniques::invocation::{Invocation, parse_size};
 
-use super::{SceneArgs, TechniqueArgs, is_exr, parse_size};
+use super::{SceneArgs, TechniqueArgs, is_exr, print_json, print_warnings};
 use crate::{
-    Error, plan_graph,
-    session::{Request, Session, open_adapter, open_scene},
-    truth,
+    Error,
+    experiment::{
+        COMMIT, check_textures, reference,
+        session::{Request, Session, open_adapter, open_scene, open_scene_keeping},
+    },
+    plan_graph,
 };
 
 #[derive(Args)]
@@ -31,9 +38,12 @@ pub(super) struct RenderArgs {
     /// Layer that a PNG shows: final, direct, indirect, albedo.
     #[arg(long, default_value = "final")]
     layer: String,
-    /// Exposure of a PNG; found from the image where it is not given.
+    /// Exposure of a PNG [default: found from the image]
     #[arg(long)]
     exposure: Option<f32>,
+    /// Hold a scene that moves as it is at this frame, in all frames.
+    #[arg(long, value_name = "FRAME")]
+    pose: Option<u32>,
     /// Direct light that the technique reads: rendered (shadow maps) or truth (path-traced).
     #[arg(long, value_name = "SOURCE", default_value = "rendered", value_parser = ["rendered", "truth"])]
     direct: String,
@@ -43,10 +53,10 @@ pub(super) struct RenderArgs {
     /// Seed of every random number.
     #[arg(long, default_value_t = 0)]
     seed: u32,
-    /// Number of the frame to show: where things move, and what a temporal filter made of all frames up to it.
+    /// Number of the frame to show: animation is at this frame, and a temporal filter has seen all frames up to it.
     #[arg(long, default_value_t = 0)]
     frame: u32,
-    /// Look through every texture for NaN and infinity, and fail where there is one.
+    /// Check every texture for NaN and infinity, and fail where there is one.
     #[arg(long)]
     check: bool,
 }
@@ -68,27 +78,47 @@ pub(super) struct PlanArgs {
     graph: Option<PathBuf>,
 }
 
+impl RenderArgs {
+    /// The command that renders the same image, with the settings of a preset written out.
+    fn invocation(&self, technique: &str, settings: &Settings) -> Invocation {
+        Invocation::render(self.scene.scene.display(), technique, settings, self.size)
+            .option("seed", self.seed)
+            .option_unless("frame", self.frame, 0)
+            .option_if("pose", self.pose)
+            .option_unless("direct", self.direct.as_str(), "rendered")
+            .option_unless("layer", self.layer.as_str(), "final")
+            .option_if("exposure", self.exposure)
+            .option_unless("adapter", self.adapter.as_str(), "any")
+            .flag("check", self.check)
+            .option("out", self.out.display())
+    }
+}
+
 pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     let (technique, settings) = args.technique.resolve()?;
-    let scene = open_scene(&args.scene.scene)?;
-    for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
-    }
-    let native = open_adapter(&args.adapter)?;
     let exr = is_exr(&args.out)?;
+    let scene = open_scene_keeping(&args.scene.scene, &args.out)?;
+    print_warnings(&scene.warnings);
+    let scene = match args.pose {
+        Some(frame) => scene.posed(frame),
+        None => scene,
+    };
+    let native = open_adapter(&args.adapter)?;
     let session = Session::new(&native, &scene);
     let traced = match args.direct.as_str() {
         "truth" => {
             if !scene.moves.is_empty() {
                 return Err(Error::BadInput(
-                    "--direct truth is the light of one frame: render it without moves, or leave --direct out".into(),
+                    "--direct truth is the light of one frame: hold the scene with --pose FRAME, or leave --direct out"
+                        .into(),
                 ));
             }
-            Some(truth::trace(&native, &scene, &TruthRequest::new(scene.camera, args.size), Stop::default())?.truth)
+            Some(reference::trace(&native, &scene, &TruthRequest::new(scene.camera, args.size), Stop::default())?.truth)
         }
         _ => None,
     };
-    let direct = traced.as_ref().map(|truth| truth.direct.as_slice());
+    let direct = traced.as_ref().map(|reference| reference.direct.as_slice());
+    let command = args.invocation(technique.name, &settings).to_string();
     let settings_line: Vec<String> = settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let mut frames = session.frames(&Request { technique, settings, size: args.size, seed: args.seed, direct })?;
     // The first frame also compiles the pipelines; the last one is the one whose times count.
@@ -99,25 +129,26 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     for frame in first + 1..=args.frame {
         time = frames.run(frame)?;
     }
-    for pass in &time.passes {
-        println!("{:<16} {:>9.3} ms", pass.name, pass.milliseconds);
-    }
-    println!("{:<16} {:>9.3} ms (wall), {}", "frame", time.wall_milliseconds, native.info.name);
+    let mut lines: String =
+        time.passes.iter().map(|pass| format!("{:<16} {:>9.3} ms\n", pass.name, pass.milliseconds)).collect();
+    lines += &format!("{:<16} {:>9.3} ms (wall), {}\n", "frame", time.wall_milliseconds, native.info.name);
     if args.check {
-        crate::run::check_textures(&[&frames])?;
-        println!("no NaN and no infinity in any texture");
+        check_textures(&[&frames])?;
+        lines += "no NaN and no infinity in any texture\n";
     }
     let mut image = frames.image()?;
     if exr {
         let facts = [
+            ("command", command),
             ("scene", scene.name.clone()),
+            ("scene_hash", scene_hash(&scene).to_string()),
             ("technique", technique.name.to_owned()),
             ("settings", settings_line.join(" ")),
             ("camera", format!("{:?}", scene.pose(args.frame).camera)),
             ("frame", args.frame.to_string()),
             ("seed", args.seed.to_string()),
             ("adapter", native.info.name.clone()),
-            ("commit", crate::run::COMMIT.to_owned()),
+            ("commit", COMMIT.to_owned()),
         ];
         image.metadata.extend(facts.map(|(key, value)| (key.to_owned(), value)));
         image.write_exr(&args.out, Precision::Full)?;
@@ -132,7 +163,8 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
         let exposure = args.exposure.unwrap_or_else(|| auto_exposure(&pixels, image.surface_mask().as_deref()));
         write_png(&args.out, args.size[0], &pixels, exposure)?;
     }
-    Ok(())
+    // Printed last: a reader that goes away costs no image.
+    Ok(terminal::print(lines)?)
 }
 
 pub(super) fn plan(args: &PlanArgs) -> Result<(), Error> {
@@ -148,10 +180,5 @@ pub(super) fn plan(args: &PlanArgs) -> Result<(), Error> {
         let picture = plan_graph::svg(&plan);
         write_whole(path, |file| file.write_all(picture.as_bytes())).map_err(|e| Error::unwritable(path, e))?;
     }
-    if args.json {
-        println!("{}", serde_json::to_string_pretty(&plan).map_err(|e| Error::Failed(e.to_string()))?);
-    } else {
-        print!("{plan}");
-    }
-    Ok(())
+    if args.json { print_json(&plan) } else { Ok(terminal::print(plan)?) }
 }

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use halflight_techniques::invocation::{Invocation, parse_size};
+
 use crate::{
     Error,
-    grid::Grid,
-    run::{RunOptions, run},
-    session::open_adapter,
+    experiment::{RunOptions, grid::Grid, run, session::open_adapter},
 };
 
 #[derive(Args)]
@@ -16,11 +16,11 @@ pub(super) struct RunArgs {
     /// Grid file (.toml): scenes, sizes, and the parameters to sweep.
     #[arg(long, value_name = "FILE")]
     grid: PathBuf,
-    /// Scene to run instead of the grid's; may be given many times.
+    /// Scene to run instead of those of the grid; may be given many times.
     #[arg(long = "scene", value_name = "FILE")]
     scenes: Vec<PathBuf>,
     /// Size to run instead of the grid's, pixels.
-    #[arg(long, value_parser = super::parse_size, value_name = "WxH")]
+    #[arg(long, value_parser = parse_size, value_name = "WxH")]
     size: Option<[u32; 2]>,
     /// Report folder; index.html in it opens from disk.
     #[arg(long, value_name = "DIR")]
@@ -34,12 +34,32 @@ pub(super) struct RunArgs {
     /// Run every Nth cell only, beginning with the Ith (from 0), to share a grid among machines.
     #[arg(long, value_name = "I/N", default_value = "0/1", value_parser = parse_shard)]
     shard: (usize, usize),
-    /// Direct light that the gather reads: rendered (shadow maps) or truth (path-traced); the grid file decides otherwise.
+    /// Direct light that techniques read: rendered (shadow maps) or truth (path-traced) [default: that of the grid file]
     #[arg(long, value_name = "SOURCE", value_parser = ["rendered", "truth"])]
     direct: Option<String>,
     /// Look through every texture of each cell for NaN and infinity, and fail where there is one.
     #[arg(long)]
     check: bool,
+}
+
+impl RunArgs {
+    /// The command that repeats the whole run: without `--resume`.
+    fn invocation(&self) -> Invocation {
+        let mut invocation =
+            Invocation::evaluator("run").option("grid", self.grid.display()).option("out", self.out.display());
+        for scene in &self.scenes {
+            invocation = invocation.option("scene", scene.display());
+        }
+        if let Some(size) = self.size {
+            invocation = invocation.size(size);
+        }
+        let (index, count) = self.shard;
+        invocation
+            .option_if("direct", self.direct.as_deref())
+            .option_unless("adapter", self.adapter.as_str(), "any")
+            .option_unless("shard", format!("{index}/{count}"), "0/1".into())
+            .flag("check", self.check)
+    }
 }
 
 fn parse_shard(text: &str) -> Result<(usize, usize), String> {
@@ -61,19 +81,12 @@ pub(super) fn main(args: &RunArgs) -> Result<(), Error> {
         grid.sizes = vec![size];
     }
     let native = open_adapter(&args.adapter)?;
-    let mut command = format!("evaluator run --grid {} --out {}", args.grid.display(), args.out.display());
-    for scene in &args.scenes {
-        command += &format!(" --scene {}", scene.display());
-    }
-    if let Some([w, h]) = args.size {
-        command += &format!(" --size {w}x{h}");
-    }
-    if let Some(direct) = &args.direct {
-        command += &format!(" --direct {direct}");
-    }
-    run(
-        &native,
-        &grid,
-        &RunOptions { out: &args.out, resume: args.resume, shard: args.shard, command, check: args.check },
-    )
+    let options = RunOptions {
+        out: &args.out,
+        resume: args.resume,
+        shard: args.shard,
+        command: args.invocation(),
+        check: args.check,
+    };
+    run(&native, &grid, &options)
 }

@@ -3,14 +3,20 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use halflight_native::images::{Precision, auto_exposure, write_png};
+use halflight_native::{
+    images::{Precision, auto_exposure, write_png},
+    scene_hash::scene_hash,
+};
 use halflight_renderer::truth::{Request, Stop};
+use halflight_techniques::invocation::{Invocation, parse_size};
 
-use super::{SceneArgs, is_exr, parse_size};
+use super::{SceneArgs, is_exr, print_warnings};
 use crate::{
     Error,
-    session::{open_adapter, open_scene},
-    truth,
+    experiment::{
+        COMMIT, reference,
+        session::{open_adapter, open_scene_keeping},
+    },
 };
 
 #[derive(Args)]
@@ -24,10 +30,10 @@ pub(super) struct TruthArgs {
     #[arg(long, default_value_t = 1)]
     bounces: u32,
     /// Stop at this relative error over blocks of 8x8 pixels.
-    #[arg(long, conflicts_with = "samples_per_pixel")]
-    rel_error: Option<f32>,
-    /// Samples a pixel [default: 64].
     #[arg(long)]
+    rel_error: Option<f32>,
+    /// Most samples a pixel [default: 64; with --rel-error 65536].
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     samples_per_pixel: Option<u32>,
     /// Also trace the part of the first bounce that comes from surfaces on the screen.
     #[arg(long)]
@@ -52,8 +58,30 @@ pub(super) struct TruthArgs {
     adapter: String,
 }
 
+impl TruthArgs {
+    /// The command that traces the same image.
+    fn invocation(&self) -> Invocation {
+        Invocation::evaluator("truth")
+            .option("scene", self.scene.scene.display())
+            .size(self.size)
+            .option("bounces", self.bounces)
+            .option_if("samples-per-pixel", self.samples_per_pixel)
+            .option_if("rel-error", self.rel_error)
+            .option_unless("seed", self.seed, 0)
+            .option_unless("frame", self.frame, 0)
+            .flag("on-screen", self.on_screen)
+            .flag("glossy", self.glossy)
+            .option_if("ambient-occlusion", self.ambient_occlusion)
+            .option_unless("adapter", self.adapter.as_str(), "any")
+            .option("out", self.out.display())
+    }
+}
+
 pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
-    let scene = open_scene(&args.scene.scene)?.posed(args.frame);
+    let exr = is_exr(&args.out)?;
+    let scene = open_scene_keeping(&args.scene.scene, &args.out)?;
+    print_warnings(&scene.warnings);
+    let scene = scene.posed(args.frame);
     let native = open_adapter(&args.adapter)?;
     let request = Request {
         bounce1: args.bounces > 0,
@@ -64,29 +92,28 @@ pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
         seed: args.seed,
         ..Request::new(scene.camera, args.size)
     };
-    let stop = match (args.rel_error, args.samples_per_pixel) {
-        (Some(error), _) => Stop { error_block: 8, ..Stop::at_rel_error(error) },
-        (None, samples) => Stop { error_block: 8, ..Stop::at_samples(samples.unwrap_or(64).max(1)) },
-    };
-    let traced = truth::trace(&native, &scene, &request, stop)?;
-    for warning in &traced.warnings {
-        eprintln!("warning: {warning}");
-    }
-    let mut image = truth::image(&traced.truth);
+    let most = if args.rel_error.is_some() { 1 << 16 } else { 64 };
+    let stop =
+        Stop { samples_per_pixel: args.samples_per_pixel.unwrap_or(most), rel_error: args.rel_error, error_block: 8 };
+    let traced = reference::trace(&native, &scene, &request, stop)?;
+    print_warnings(&traced.warnings);
+    let mut image = reference::image(&traced.truth);
     let facts = [
+        ("command", args.invocation().to_string()),
         ("scene", scene.name.clone()),
+        ("scene_hash", scene_hash(&scene).to_string()),
         ("samples_per_pixel", traced.truth.samples.to_string()),
         ("rel_error_8x8", traced.rel_error.to_string()),
         ("bounces", args.bounces.to_string()),
         ("seed", args.seed.to_string()),
         ("inputs", traced.inputs.to_string()),
-        ("commit", crate::run::COMMIT.to_owned()),
+        ("commit", COMMIT.to_owned()),
     ];
     image.metadata.extend(facts.map(|(key, value)| (key.to_owned(), value)));
-    if is_exr(&args.out)? {
+    if exr {
         image.write_exr(&args.out, Precision::Full)?;
     } else {
-        let pixels = truth::final_radiance(&traced.truth);
+        let pixels = reference::final_radiance(&traced.truth);
         write_png(&args.out, args.size[0], &pixels, auto_exposure(&pixels, image.surface_mask().as_deref()))?;
     }
     Ok(())

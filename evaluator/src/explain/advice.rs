@@ -22,7 +22,7 @@ pub fn advice(technique: &Technique, settings: &Settings, links: &[Link], moment
         return "there is nothing to explain".into();
     };
     if moments.square.value <= 2.0 * moments.square.standard_error {
-        return "no error can be told from the noise of the truth: raise --samples-per-pixel".into();
+        return "the error is not larger than the noise of the reference: raise --samples-per-pixel".into();
     }
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let complete = (technique.complete)(settings).unwrap_or_default();
@@ -47,7 +47,7 @@ pub fn advice(technique: &Technique, settings: &Settings, links: &[Link], moment
         "missing visibility" => match has("visibility") {
             Some(v) if *v == Value::parse("off") => "try visibility=auto".to_owned(),
             Some(_) => "its own test leaves this: try a finer start_resolution".to_owned(),
-            None => "no setting of it tests what stands between a surface and its source".to_owned(),
+            None => "no setting of it tests for occluders between a surface and its source".to_owned(),
         },
         EVERYWHERE | SHOWN | ELSEWHERE => {
             let options = ["voxel_resolution", "light_view_size"].into_iter().filter(|name| has(name).is_some());
@@ -68,7 +68,7 @@ pub fn advice(technique: &Technique, settings: &Settings, links: &[Link], moment
 /// A link's name inside a sentence.
 fn said(link: &str) -> &str {
     match link {
-        "missing visibility" => "light that passes through what stands in its way",
+        "missing visibility" => "light that passes through occluders",
         "off-screen and hidden light" => "light from surfaces that the screen does not show",
         "estimator and hierarchy" => "the estimator and its hierarchy",
         "direct light" => "the rendered direct light",

@@ -1,4 +1,4 @@
-//! An error as a chain of differences between states, from what a technique shows to the truth.
+//! An error as a chain of differences between states, from what a technique shows to the reference.
 //!
 //! Some states are known exactly; others are estimated, in several groups that share no random number. The product of
 //! a difference in one group and a difference in another has the product of the true differences as its mean, so
@@ -7,7 +7,7 @@
 
 use halflight_native::images::Rgb;
 
-/// An image on the way from the technique's to the truth.
+/// An image on the way from the technique's image to the reference.
 #[derive(Clone, Debug)]
 pub enum State {
     /// Known exactly, or given: the image that is to be explained.
@@ -88,7 +88,7 @@ pub fn moments(
 ) -> Moments {
     assert!(groups >= 3, "a jackknife over pairs takes three groups");
     let count = links.len();
-    // Place 0 holds all groups, place 1 + g leaves out group g.
+    // Index 0 holds all groups, index 1 + g leaves out group g.
     let mut means = vec![vec![0.0; count]; groups + 1];
     let mut products = vec![vec![0.0; count * count]; groups + 1];
     let mut values = vec![0.0; count * groups];
@@ -133,7 +133,7 @@ pub fn moments(
         let mean = left_out.iter().sum::<f64>() / groups as f64;
         let spread: f64 = left_out.iter().map(|v| (v - mean).powi(2)).sum();
         let error = (spread * (groups - 1) as f64 / groups as f64).sqrt();
-        // What the order of additions leaves of a number without chance is no uncertainty.
+        // What the order of additions leaves of a number without random samples is no uncertainty.
         let rounding = 1e-12 * mean.abs();
         Uncertain { value: of(0), standard_error: if error > rounding { error } else { 0.0 } }
     };
@@ -161,10 +161,11 @@ pub fn picture(states: &[State], link: &Link, groups: usize, pixels: usize) -> V
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 mod tests {
     use super::*;
 
-    /// Chance that is the same in every run.
+    /// Random numbers that are the same in every run.
     fn noise(pixel: usize, group: usize, stream: usize) -> f32 {
         let mut v = (pixel as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
             ^ (group as u64).wrapping_mul(0xD1B5_4A32_D192_ED03)

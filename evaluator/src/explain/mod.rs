@@ -1,29 +1,34 @@
-//! `evaluator explain`: where the error of a technique comes from, link by link.
+//! `evaluator explain`: splits the error of a technique into its sources.
+//!
+//! The image is compared with the path-traced reference through a chain of images. Each link of the chain is the
+//! difference of two neighbours and has one cause:
 //!
 //! ```text
-//! the image           ->  its direct light exact      direct light: shadow maps
-//! N samples           ->  converged                   noise
-//! converged           ->  exhaustive screen sum       estimator and hierarchy
-//! exhaustive sum      ->  on-screen truth             missing visibility
-//! on-screen truth     ->  truth of one bounce         off-screen and hidden light
+//! the image            ->  with exact direct light     direct light: shadow maps
+//! N samples            ->  converged                   noise
+//! converged            ->  exhaustive screen sum       estimator and hierarchy
+//! exhaustive sum       ->  on-screen reference         missing visibility
+//! on-screen reference  ->  reference of one bounce     off-screen and hidden light
 //! ```
 //!
-//! A technique that also knows what the lights see has no such stations on its way: the exhaustive sum knows less than it. For
-//! such a one the last three links are two, by where light comes from. The technique runs once more with lights' views
-//! whose surfaces send nothing where the camera does not see them, which is held against the on-screen truth; the rest
-//! of its light is held against the rest of the truth, as is the last link of a technique that knows the screen alone,
-//! which finds none of it. Emitters have no such views: with them the two are one.
+//! A technique with reflective shadow maps finds light that the exhaustive screen sum does not, so the last three links
+//! do not apply to it. They are replaced by two links, for light from the screen and for light from elsewhere: the
+//! technique runs once more with shadow maps in which only surfaces that the camera sees send light, and that image is
+//! compared with the on-screen reference. In a scene with emitters the two links are one, because points on emitters
+//! have no shadow map.
 //!
-//! All of it on the linear image of `albedo * indirect`. Where the technique tests visibility itself, its link to the
-//! exhaustive sum is taken with visibility off, and what its own test changes counts to the visibility link.
+//! All images are linear `albedo * indirect`. Where the technique tests visibility, its link to the exhaustive sum is
+//! measured with visibility off; the change that its visibility test makes belongs to the visibility link.
 
 use std::path::Path;
 
+use halflight_metrics::mean;
 use halflight_native::{NativeGpu, cache::Cache, images::Rgb, truth::TruthSource};
 use halflight_renderer::{
-    gi::{Technique, rsm::send_only_what_is_seen},
+    gi::{Technique, rsm::has_light_views},
     parameters::{Settings, Value},
     plan_technique_of_scene,
+    scene::SceneFacts,
     truth::{Estimate, Request as TruthRequest, Stop},
 };
 use halflight_scenes::Scene;
@@ -32,10 +37,9 @@ use serde::Serialize;
 
 use crate::{
     Error,
+    experiment::session::{Frames, Request, Session},
     format::number,
-    metrics::mean,
     progress::Progress,
-    session::{Frames, Request, Session},
 };
 
 mod advice;
@@ -57,9 +61,9 @@ pub struct Options {
     pub seed: u32,
     /// Frames of other seeds that stand for the converged image.
     pub frames: u32,
-    /// Samples a pixel of the truth.
+    /// Samples a pixel of the reference.
     pub samples_per_pixel: u32,
-    /// Where truth that was traced is kept; `None` traces it anew.
+    /// Where traced samples are cached; `None` traces them again.
     pub cache: Option<Cache>,
     /// Feed path-traced direct light to the technique, as the papers do: then there is no link of direct light.
     pub direct_from_truth: bool,
@@ -81,9 +85,9 @@ pub struct Explanation {
     pub links: Vec<Link>,
     /// Means and products, radiance.
     pub moments: Moments,
-    /// Products weighted as in relMSE, 1 / (t^2 + 0.01 m^2): `square` is the image's relMSE, free of the truth's noise.
+    /// Products weighted as in relMSE, 1 / (t^2 + 0.01 m^2): `square` is the image's relMSE, free of the reference's noise.
     pub relative: Moments,
-    /// Mean of the truth, radiance: what errors are large or small against.
+    /// Mean of the reference, radiance: errors are stated relative to it.
     pub truth_mean: f64,
     /// One sentence on what would help.
     pub advice: String,
@@ -135,7 +139,7 @@ impl Explanation {
         }
         push(&mut states, "noise", run.converged(&options.settings, Senders::All)?);
         let plan = plan_technique_of_scene(&session.facts, options.technique, &options.settings, options.size);
-        let other_views = plan.map_err(bad)?.passes.iter().any(|pass| pass.shader.starts_with("light_views/"));
+        let other_views = has_light_views(&plan.map_err(bad)?);
         let visible = without_visibility(options.technique, &options.settings).filter(|_| !other_views);
         let open = visible.as_ref().map(|settings| run.converged(settings, Senders::All)).transpose()?;
         if other_views && session.facts.emitters.is_empty() {
@@ -201,6 +205,14 @@ impl Explanation {
             relative_share: self.relative.shares[index],
         };
         self.links.iter().enumerate().map(row).collect()
+    }
+
+    /// Checks that the files of an explanation can be written to a folder, and reserves them.
+    ///
+    /// # Errors
+    /// If the folder holds files of these names that the program did not write, or cannot be written.
+    pub fn claim(folder: &Path) -> Result<(), Error> {
+        output::claim(folder)
     }
 
     /// Writes the folder: index.html, explain.md, explain.json, plots/links.svg and one picture a link.
@@ -277,7 +289,7 @@ struct TracedGroups {
 fn trace(native: &NativeGpu, scene: &Scene, options: &Options) -> Result<TracedGroups, Error> {
     let source = TruthSource::new(&native.gpu, scene, options.cache.clone());
     let stop = Stop { error_block: 8, ..Stop::at_samples(options.samples_per_pixel.div_ceil(GROUPS).max(1)) };
-    let progress = Progress::new(&format!("truth of {}", scene.name), 100 * u64::from(GROUPS));
+    let progress = Progress::new(&format!("reference of {}", scene.name), 100 * u64::from(GROUPS));
     let mut groups: Option<TracedGroups> = None;
     for group in 0..GROUPS {
         let seed = options.seed.wrapping_add(1 + group);
@@ -303,7 +315,8 @@ fn trace(native: &NativeGpu, scene: &Scene, options: &Options) -> Result<TracedG
         groups.on_screen.push(on_screen);
         groups.truth.push(all);
     }
-    progress.finish(&format!("truth of {}: {GROUPS} groups of {} samples a pixel", scene.name, stop.samples_per_pixel));
+    progress
+        .finish(&format!("reference of {}: {GROUPS} groups of {} samples a pixel", scene.name, stop.samples_per_pixel));
     groups.ok_or_else(|| Error::Failed("nothing was traced: run again".into()))
 }
 
@@ -343,11 +356,8 @@ impl Run<'_> {
             seed,
             direct: (!rendered).then_some(self.direct),
         };
-        self.session.frames_changed(&request, |plan| {
-            if senders == Senders::Seen {
-                send_only_what_is_seen(plan);
-            }
-        })
+        let facts = SceneFacts { only_seen_surfaces_send: senders == Senders::Seen, ..self.session.facts.clone() };
+        self.session.frames_of(&facts, &request)
     }
 
     /// `albedo * indirect` of one frame. `rendered` says where its direct light comes from; `other` is added to the seed.
@@ -366,11 +376,11 @@ impl Run<'_> {
 
     fn read(&self, frames: &Frames) -> Result<Vec<Rgb>, Error> {
         let light = frames.read_rgb("indirect")?;
-        // The truth's albedo for all, so that it drops out of every difference.
+        // The reference's albedo for all, so that it cancels in every difference.
         Ok(light.map_or_else(|| vec![[0.0; 3]; self.albedo.len()], |light| reflected(self.albedo, &light)))
     }
 
-    /// The mean over many frames, by group; a technique without chance needs one frame.
+    /// The mean over many frames, by group; a technique without random samples needs one frame.
     fn converged(&self, settings: &Settings, senders: Senders) -> Result<State, Error> {
         let technique = self.options.technique;
         // What a technique with other views finds differs from seed to seed.

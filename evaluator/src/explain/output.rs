@@ -2,26 +2,38 @@
 
 use std::{fmt::Write as _, io::Write as _, path::Path};
 
+use halflight_metrics::percentile;
 use halflight_native::{
     files::write_whole,
     images::{Rgb, auto_exposure, luminance, write_png, write_png_srgb8},
 };
+use halflight_output::OutputFolder;
 
 use super::{Explanation, LinkRow, Uncertain};
 use crate::{
     Error,
     format::number,
-    report::{
+    report::document::{
         chart::{Bars, Drawing, Segment},
-        simple_page,
-        tables::{Cell, Column, Table, TableRow},
+        markdown, simple_page,
+        table::{Cell, Column, Table, TableRow},
     },
-    statistics::percentile,
 };
 
+/// Files of every explanation; beside them there is a picture for each link.
+const FILES: [&str; 6] =
+    ["index.html", "explain.md", "explain.json", "plots/links.svg", "images/image.png", "images/truth.png"];
+
+pub(super) fn claim(folder: &Path) -> Result<(), Error> {
+    let folder = OutputFolder::open(folder);
+    FILES.iter().try_for_each(|name| folder.claim(name).map(drop))?;
+    Ok(())
+}
+
 pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static str, String)]) -> Result<(), Error> {
+    let folder = OutputFolder::open(folder);
     let text = |name: &str, text: &str| {
-        let path = folder.join(name);
+        let path = folder.claim(name)?;
         write_whole(&path, |file| file.write_all(text.as_bytes()))
             .map_err(|error: std::io::Error| Error::unwritable(&path, error))
     };
@@ -29,16 +41,16 @@ pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static
     let exposure = auto_exposure(&explanation.truth, Some(mask));
     let picture = |name: &str, pixels: &[Rgb]| {
         let path = format!("images/{name}.png");
-        write_png(&folder.join(&path), *width, pixels, exposure).map(|()| path).map_err(Error::from)
+        write_png(&folder.claim(&path)?, *width, pixels, exposure).map(|()| path).map_err(Error::from)
     };
     let mut pictures = vec![
         ("the image".to_owned(), picture("image", &explanation.shown)?),
-        ("path-traced truth".to_owned(), picture("truth", &explanation.truth)?),
+        ("path-traced reference".to_owned(), picture("truth", &explanation.truth)?),
     ];
     let scale = full_scale(explanation);
     for (link, pixels) in explanation.links.iter().zip(&explanation.pictures) {
         let path = format!("images/{}.png", link.name.replace(' ', "_"));
-        write_png_srgb8(&folder.join(&path), *width, &signed_map(pixels, scale, mask))?;
+        write_png_srgb8(&folder.claim(&path)?, *width, &signed_map(pixels, scale, mask))?;
         pictures.push((link.name.to_owned(), path));
     }
     let rows = explanation.rows();
@@ -47,7 +59,7 @@ pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static
     text("plots/links.svg", &bars.file())?;
     text("explain.json", &(json(explanation, &rows, facts)? + "\n"))?;
     let scale_note = format!(
-        "Links as pictures: red is too bright, blue too dark, the strongest colour {} times the truth's mean.",
+        "Links as pictures: red is too bright, blue too dark, the strongest colour {} times the reference's mean.",
         number(f64::from(scale) / explanation.truth_mean, 2)
     );
     let mut markdown = format!("# Where the error comes from\n\n{}.\n\n", sentence(&explanation.advice));
@@ -56,7 +68,7 @@ pub(super) fn write(explanation: &Explanation, folder: &Path, facts: &[(&'static
         let _ = writeln!(markdown, "- {name}: {value}");
     }
     markdown += "\n![Links](plots/links.svg)\n\n";
-    tables.iter().for_each(|table| markdown += &crate::report::markdown::table(table, 2));
+    tables.iter().for_each(|table| markdown += &markdown::table(table, 2));
     let _ = writeln!(markdown, "{scale_note}\n");
     pictures.iter().for_each(|(name, path)| {
         let _ = writeln!(markdown, "![{name}]({path})");
@@ -80,7 +92,7 @@ fn sentence(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().collect::<String>() + letters.as_str())
 }
 
-/// One bar a link: its root mean square alone, in percent of the truth's mean.
+/// One bar a link: its root mean square alone, in percent of the reference's mean.
 fn bars(explanation: &Explanation, rows: &[LinkRow]) -> Drawing {
     let root = |row: &LinkRow| 100.0 * row.square.value.max(0.0).sqrt() / explanation.truth_mean;
     let segment = |index: usize| Segment { name: String::new(), colour: index, shade: 0 };
@@ -91,7 +103,7 @@ fn bars(explanation: &Explanation, rows: &[LinkRow]) -> Drawing {
     };
     Bars {
         title: "Size of each link on its own".into(),
-        unit: "root mean square, % of the truth's mean".into(),
+        unit: "root mean square, % of the reference's mean".into(),
         segments: (0..rows.len()).map(segment).collect(),
         bars: rows.iter().enumerate().map(bar).collect(),
     }
@@ -141,11 +153,11 @@ fn links_table(explanation: &Explanation, rows: &[LinkRow]) -> Table {
                 .into(),
         columns: vec![
             Column::text("link"),
-            Column::numeric("bias", "% of the truth's mean", "mean of the signed error"),
+            Column::numeric("bias", "% of the reference's mean", "mean of the signed error"),
             Column::numeric("square", "% of the squared mean", "mean square of the link alone"),
             Column::numeric("cross terms", "% of the squared mean", "twice its products with all other links"),
             Column::numeric("share", "% of the squared error", "square and half of the cross terms"),
-            Column::numeric("share of relMSE", "%", "the same, each pixel relative to its truth"),
+            Column::numeric("share of relMSE", "%", "the same, each pixel relative to its reference"),
         ],
         rows: body,
     }

@@ -1,11 +1,11 @@
 //! The frontier: configurations that no other beats in both time and error.
 
-use crate::measurement::Measurement;
+use crate::experiment::measurement::Measurement;
 
 /// Positions in `rows` of the frontier by time and the error that `error` takes from a row, fastest first; lower is
 /// better in both.
 ///
-/// A row is beaten by one of lower error that is not told to be slower: whose fastest frame is no slower than the
+/// A row is beaten by one of lower error that is not measurably slower: whose fastest frame is no slower than the
 /// row's median. So two rows whose times overlap are not ranked by luck; the one with the lower error stays. Rows
 /// without a finite time and error are left out; of equal rows the first stays.
 pub fn frontier(rows: &[&Measurement], error: impl Fn(&Measurement) -> f64) -> Vec<usize> {
@@ -28,16 +28,18 @@ pub fn frontier(rows: &[&Measurement], error: impl Fn(&Measurement) -> f64) -> V
 
 #[cfg(test)]
 mod tests {
+    use halflight_metrics::MetricId;
+
     use super::*;
 
     fn frontier_of(cells: &[(f64, f64, f64)]) -> Vec<usize> {
         let row = |&(min, median, error): &(f64, f64, f64)| {
             let mut row = Measurement { time_ms_min: min, time_ms_median: median, ..Measurement::default() };
-            row.errors.indirect_rel_mse = Some(error);
+            row.errors.set(MetricId::IndirectRelMse, Some(error));
             row
         };
         let rows: Vec<Measurement> = cells.iter().map(row).collect();
-        frontier(&rows.iter().collect::<Vec<_>>(), |row| row.errors.indirect_rel_mse.unwrap_or(f64::NAN))
+        frontier(&rows.iter().collect::<Vec<_>>(), |row| row.errors.get(MetricId::IndirectRelMse).unwrap_or(f64::NAN))
     }
 
     #[test]
@@ -59,7 +61,7 @@ mod tests {
     fn times_that_overlap_are_not_ranked() {
         // The second takes 0.1 ms more in the median but is as fast at its best, and its error is lower.
         assert_eq!(frontier_of(&[(9.9, 10.0, 5.0), (9.8, 10.1, 4.0), (30.0, 31.0, 1.0)]), [1, 2]);
-        // Told apart, both stay.
+        // Where they do not overlap, both stay.
         assert_eq!(frontier_of(&[(9.9, 10.0, 5.0), (10.05, 10.1, 4.0)]), [0, 1]);
     }
 }

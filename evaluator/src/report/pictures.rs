@@ -1,21 +1,20 @@
 //! The pictures of a report: those of one scene and kind share an exposure.
 
-use std::path::Path;
-
+use halflight_metrics::{error_map, relative_error};
 use halflight_native::images::{Image, Precision, Rgb, write_png, write_png_srgb8};
+use halflight_output::OutputFolder;
 use serde_json::Value;
 
 use crate::Error;
-use crate::metrics::{error_map, relative_error};
 
-/// The relative error that an error map shows in its brightest colour: 1 = wrong by as much as the truth itself.
+/// The relative error that an error map shows in its brightest colour: 1 means an error as large as the reference itself.
 pub const FULL_SCALE: f32 = 1.0;
 
 /// Where pictures of one size go.
 #[derive(Clone, Copy, Debug)]
 pub struct Pictures<'a> {
     /// The report folder; pictures go to `images/` in it.
-    pub folder: &'a Path,
+    pub folder: &'a OutputFolder,
     /// Pixels per row.
     pub width: u32,
     /// Pixels that show a surface.
@@ -24,13 +23,13 @@ pub struct Pictures<'a> {
 
 impl Pictures<'_> {
     /// Writes linear radiance as `images/<name>.png` under an exposure, one for all pictures of a scene and kind
-    /// ([`halflight_native::images::auto_exposure`] of the truth), and returns that path for [`crate::measurement::Measurement::images`].
+    /// ([`halflight_native::images::auto_exposure`] of the truth), and returns that path for [`crate::experiment::measurement::Measurement::images`].
     ///
     /// # Errors
     /// If the file cannot be written.
     pub fn radiance(&self, name: &str, pixels: &[Rgb], exposure: f32) -> Result<Value, Error> {
         let path = format!("images/{name}.png");
-        write_png(&self.folder.join(&path), self.width, pixels, exposure)?;
+        write_png(&self.folder.claim(&path)?, self.width, pixels, exposure)?;
         Ok(path.into())
     }
 
@@ -40,18 +39,18 @@ impl Pictures<'_> {
     /// If the file cannot be written.
     pub fn exr(&self, name: &str, image: &Image) -> Result<Value, Error> {
         let path = format!("images/{name}.exr");
-        image.write_exr(&self.folder.join(&path), Precision::Half)?;
+        image.write_exr(&self.folder.claim(&path)?, Precision::Half)?;
         Ok(path.into())
     }
 
-    /// Writes the map of the relative error of `pixels` against `truth` as `images/<name>.png` and returns that path.
+    /// Writes the map of the relative error of `pixels` against `reference` as `images/<name>.png` and returns that path.
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn error(&self, name: &str, pixels: &[Rgb], truth: &[Rgb]) -> Result<Value, Error> {
+    pub fn error(&self, name: &str, pixels: &[Rgb], reference: &[Rgb]) -> Result<Value, Error> {
         let path = format!("images/{name}.png");
-        let map = error_map(&relative_error(pixels, truth, self.mask), FULL_SCALE, self.mask);
-        write_png_srgb8(&self.folder.join(&path), self.width, &map)?;
+        let map = error_map(&relative_error(pixels, reference, self.mask), FULL_SCALE, self.mask);
+        write_png_srgb8(&self.folder.claim(&path)?, self.width, &map)?;
         Ok(path.into())
     }
 }

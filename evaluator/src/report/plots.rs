@@ -1,41 +1,41 @@
 //! The plots of a report.
 
+use halflight_metrics::{Best, Metric, Plotted};
 use serde_json::Value;
 
-use super::chart::{Axis, Bars, Drawing, Line, MARKERS, Marker, Plot, Point, Segment, Series, Spacing};
+use super::document::chart::{Axis, Bars, Drawing, Line, MARKERS, Marker, Plot, Point, Segment, Series, Spacing};
 use super::grouping::{Group, is_baseline, last_segment, value_label};
-use super::measure::{Best, MEASURES, Measure, Plotted};
 use super::pareto::frontier;
 use super::tables::pass_names;
+use crate::experiment::measurement::Measurement;
 use crate::format::number;
-use crate::measurement::Measurement;
 
-/// A drawing with the name of its file (without folder and `.svg`) and of its choice where several stand in one place.
+/// A drawing with the name of its file (without folder and `.svg`) and of its choice where several share one position.
 pub struct Named {
     /// File name.
     pub file: String,
-    /// Name of the measure that it shows; empty where there is no choice.
+    /// Name of the metric that it shows; empty where there is no choice.
     pub choice: &'static str,
     /// The drawing.
     pub drawing: Drawing,
 }
 
 /// Time against error with the frontier.
-pub fn time_against_error(group: &Group, measure: &'static Measure, plotted: &Plotted) -> Named {
+pub fn time_against_error(group: &Group, metric: &'static Metric, plotted: &Plotted) -> Named {
     let style = Style::of(group, &group.varying);
     let mut series: Vec<Series> = Vec::new();
     let rows: Vec<&Measurement> = group.rows.iter().map(|&(_, row)| row).collect();
-    let error = |row: &Measurement| plotted.error(measure, row);
+    let error = |row: &Measurement| error(metric, plotted, row);
     let pairs: Vec<(f64, f64)> = rows.iter().map(|row| (row.time_ms_median, error(row))).collect();
     let best = frontier(&rows, error);
     if best.len() > 1 {
-        let points = best.iter().map(|&index| point(group, index, pairs[index], measure)).collect();
+        let points = best.iter().map(|&index| point(group, index, pairs[index], metric)).collect();
         let name = "frontier".into();
         series.push(Series { name, colour: None, marker: None, line: Some(Line::Stairs), points });
     }
     for (index, (_, row)) in group.rows.iter().enumerate() {
         let (colour, marker) = style.look(row);
-        let place = point(group, index, pairs[index], measure);
+        let place = point(group, index, pairs[index], metric);
         let same = |series: &&mut Series| series.colour == colour && series.marker == Some(marker);
         match series.iter_mut().find(same) {
             Some(series) => series.points.push(place),
@@ -63,22 +63,22 @@ pub fn error_over_samples(group: &Group) -> Vec<Named> {
     let is_samples = |name: &&String| ["samples", "slices", "rays"].contains(&last_segment(name));
     let Some(samples) = group.varying.iter().find(is_samples) else { return vec![] };
     let count = |row: &Measurement| row.parameters.get(samples).and_then(Value::as_f64);
-    let plot = |measure: &'static Measure, plotted: &Plotted| {
+    let plot = |metric: &'static Metric, plotted: &Plotted| {
         // Here the sign tells light that is lost from light that is too much.
-        let signed = measure.best == Best::Nearest(0.0);
+        let signed = metric.best == Best::Nearest(0.0);
         let mut series: Vec<Series> = Vec::new();
         let others: Vec<String> = group.varying.iter().filter(|name| *name != samples).cloned().collect();
         let style = Style::of(group, &others);
         let (mut counts, mut errors) = (Vec::new(), Vec::new());
         for (index, (_, row)) in group.rows.iter().enumerate() {
-            let (Some(count), Some(value)) = (count(row), (measure.value)(row)) else { continue };
+            let (Some(count), Some(value)) = (count(row), row.errors.get(metric.id)) else { continue };
             let error = if signed { value } else { (plotted.value)(value) };
             counts.push(count);
             errors.push(error);
             let technique = group.mixed_techniques.then(|| row.technique.clone());
             let words = others.iter().filter_map(|name| Some(value_label(name, row.parameters.get(name)?)));
             let name = technique.into_iter().chain(words).collect::<Vec<_>>().join(" · ");
-            let place = point(group, index, (count, error), measure);
+            let place = point(group, index, (count, error), metric);
             match series.iter_mut().find(|series| series.name == name) {
                 Some(series) => series.points.push(place),
                 None => {
@@ -92,7 +92,7 @@ pub fn error_over_samples(group: &Group) -> Vec<Named> {
         counts.dedup();
         series.iter_mut().for_each(|series| series.points.sort_by(|a, b| a.x.total_cmp(&b.x)));
         let (name, label) =
-            if signed { (measure.name, plotted.label.replace('|', "")) } else { (plotted.name, plotted.label.into()) };
+            if signed { (metric.title, plotted.label.replace('|', "")) } else { (plotted.name, plotted.label.into()) };
         let drawing = Plot {
             title: format!("{name} over {}", last_segment(samples).replace('_', " ")),
             x: Axis { ticks: counts.clone(), ..axis(&group.short_name(samples).replace('_', " "), counts.into_iter()) },
@@ -101,7 +101,7 @@ pub fn error_over_samples(group: &Group) -> Vec<Named> {
         };
         Named { file: format!("samples-vs-{}", plotted.file), choice: plotted.name, drawing: drawing.draw() }
     };
-    let mut plots: Vec<Named> = shown_measures(group).map(|(measure, plotted)| plot(measure, plotted)).collect();
+    let mut plots: Vec<Named> = shown_metrics(group).map(|(metric, plotted)| plot(metric, plotted)).collect();
     // What is asked of the disc's area is how much light it loses.
     if group.varying.iter().any(|name| last_segment(name) == "disc_area") {
         plots.sort_by_key(|plot| plot.choice != "|bias|");
@@ -143,10 +143,15 @@ fn segments(passes: &[String]) -> Vec<Segment> {
     passes.iter().map(segment).collect()
 }
 
-/// Measures that are plotted and that some row has.
-pub fn shown_measures<'a>(group: &'a Group) -> impl Iterator<Item = (&'static Measure, &'static Plotted)> + 'a {
-    let measured = |measure: &&Measure| group.rows.iter().any(|(_, row)| (measure.value)(row).is_some());
-    MEASURES.iter().filter(measured).filter_map(|measure| Some((measure, measure.plot.as_ref()?)))
+/// Metrics that are plotted and that some row has, in reading order.
+pub fn shown_metrics<'a>(group: &'a Group) -> impl Iterator<Item = (&'static Metric, &'static Plotted)> + 'a {
+    let measured = |metric: &&Metric| group.rows.iter().any(|(_, row)| row.errors.get(metric.id).is_some());
+    Metric::ranked().into_iter().filter(measured).filter_map(|metric| Some((metric, metric.plot.as_ref()?)))
+}
+
+/// A metric of a row as plots show it; NaN where it was not measured.
+pub fn error(metric: &Metric, plotted: &Plotted, row: &Measurement) -> f64 {
+    row.errors.get(metric.id).map_or(f64::NAN, plotted.value)
 }
 
 /// Logarithmic where the positive values span more than a factor of four and none is negative.
@@ -158,12 +163,12 @@ fn axis(label: &str, values: impl Iterator<Item = f64>) -> Axis {
     Axis { label: label.into(), spacing, ticks: vec![] }
 }
 
-fn point(group: &Group, index: usize, (x, y): (f64, f64), measure: &Measure) -> Point {
+fn point(group: &Group, index: usize, (x, y): (f64, f64), metric: &Metric) -> Point {
     let (row_index, row) = group.rows[index];
-    let value = (measure.value)(row).map_or(String::new(), |value| number(value, measure.digits));
-    let unit = if measure.unit.is_empty() { String::new() } else { format!(" {}", measure.unit) };
+    let value = row.errors.get(metric.id).map_or(String::new(), |value| number(value, metric.digits));
+    let unit = if metric.unit.is_empty() { String::new() } else { format!(" {}", metric.unit) };
     let time = number(row.time_ms_median, 3);
-    let label = format!("#{} {}\n{time} ms\n{} {value}{unit}", row_index + 1, group.label(row), measure.name);
+    let label = format!("#{} {}\n{time} ms\n{} {value}{unit}", row_index + 1, group.label(row), metric.title);
     Point { x, y, label, row: Some(row_index) }
 }
 

@@ -1,25 +1,25 @@
-//! Equation 3 against Equation 4 (Soler et al. 2009, Figure 5): the light of both and of the truth as pictures under one
+//! Equation 3 against Equation 4 (Soler et al. 2009, Figure 5): the light of both and of the reference as pictures under one
 //! exposure, and along one line through all three.
 
 use std::path::Path;
 
+use halflight_metrics::{Metric, MetricId};
 use halflight_native::images::{Image, Rgb, auto_exposure, luminance, write_png};
 
-use super::chart::{Axis, Line, Plot, Point, Series, Spacing};
+use super::document::chart::{Axis, Line, Plot, Point, Series, Spacing};
+use super::document::table::{Cell, Column, Table, TableRow};
 use super::grouping::Group;
-use super::measure::MEASURES;
 use super::plots::Named;
-use super::tables::{Cell, Column, Table, TableRow};
 use crate::Error;
+use crate::experiment::measurement::{Measurement, plain};
 use crate::format::number;
-use crate::measurement::{Measurement, plain};
 
 /// `preset` of the rows that the figure belongs to.
 pub(super) const PRESET: &str = "soler2009_fig5";
 
 /// The figure.
 pub struct Slice {
-    /// Title and path of each picture: truth, Equation 3, Equation 4.
+    /// Title and path of each picture: reference, Equation 3, Equation 4.
     pub pictures: [(String, String); 3],
     /// Width and height of the pictures, pixels.
     pub size: [u32; 2],
@@ -59,7 +59,8 @@ pub fn slice(group: &Group, folder: &Path) -> Result<Option<Slice>, Error> {
         images.push(light(&Image::read(&folder.join(file))?, file)?);
     }
     let exposure = auto_exposure(&images[0], truth.surface_mask().as_deref());
-    let mut pictures = ["path-traced truth", "Equation 3", "Equation 4"].map(|title| (title.to_owned(), String::new()));
+    let mut pictures =
+        ["path-traced reference", "Equation 3", "Equation 4"].map(|title| (title.to_owned(), String::new()));
     for ((file, pixels), (_, picture)) in files.iter().zip(&images).zip(&mut pictures) {
         *picture = file.replace(".exr", "_incident.png");
         write_png(&folder.join(&*picture), truth.width, pixels, exposure)?;
@@ -81,14 +82,14 @@ pub fn slice(group: &Group, folder: &Path) -> Result<Option<Slice>, Error> {
     };
     let caption = format!(
         "Indirect light alone, albedo left out, under one exposure. The line is pixel row {line}, of all rows the one \
-         where Equation 3 departs most from the truth (root mean square).{cut}"
+         where Equation 3 departs most from the reference (root mean square).{cut}"
     );
     let plot = Named { file: "slice".into(), choice: "", drawing: plot(&lights, line, limit).draw() };
     let table = table(&[eq3, eq4], &lights);
     Ok(Some(Slice { pictures, size: [truth.width, truth.height], line, plot, table, caption }))
 }
 
-/// The row of pixels whose luminance departs most from the truth's, root mean square.
+/// The row of pixels whose luminance departs most from the reference's, root mean square.
 fn roughest_line(image: &[Rgb], truth: &[Rgb], width: usize) -> usize {
     let error = |(image, truth): (&[Rgb], &[Rgb])| -> f64 {
         let errors = image.iter().zip(truth).map(|(&a, &b)| f64::from(luminance(a) - luminance(b)));
@@ -117,30 +118,34 @@ fn plot([truth, eq3, eq4]: &[Vec<f64>; 3], line: usize, limit: f64) -> Plot {
         y: axis("luminance of indirect light, radiance"),
         series: vec![
             series("Equation 3", Some(0), eq3),
-            series("truth", None, truth),
+            series("reference", None, truth),
             series("Equation 4", Some(1), eq4),
         ],
     }
 }
 
 fn table(rows: &[(usize, &Measurement); 2], [truth, eq3, eq4]: &[Vec<f64>; 3]) -> Table {
-    let shown = || {
-        MEASURES
-            .iter()
-            .filter(|measure| ["FLIP", "relMSE", "RMSE", "bias", "P99.9 error", "noise"].contains(&measure.name))
-    };
+    let shown: [&Metric; 6] = [
+        MetricId::FinalFlip,
+        MetricId::IndirectRelMse,
+        MetricId::IndirectRmse,
+        MetricId::IndirectBias,
+        MetricId::IndirectP999Abs,
+        MetricId::NoiseStd,
+    ]
+    .map(MetricId::metric);
     let errors = rows.map(|(_, row)| row.errors);
     let mut columns = vec![Column::numeric("#", "", "row of results.csv"), Column::text("form factor")];
-    columns.extend(shown().map(|measure| Column::numeric(measure.name, measure.unit, measure.meaning)));
+    columns.extend(shown.map(|metric| Column::numeric(metric.title, metric.unit, metric.meaning)));
     columns.extend([
         Column::numeric("RMSE of the line", "radiance", "of the luminance of indirect light, albedo left out"),
-        Column::numeric("its highest value", "× truth's", "over the highest value of the truth on the line"),
+        Column::numeric("its highest value", "× reference's", "over the highest value of the reference on the line"),
     ]);
     let highest = |light: &[f64]| light.iter().copied().fold(0.0, f64::max);
     let rows = rows.iter().zip([("Equation 3", eq3), ("Equation 4", eq4)]).map(|(&(index, row), (name, light))| {
         let squares: f64 = light.iter().zip(truth).map(|(a, b)| (a - b) * (a - b)).sum();
         let mut cells = vec![Cell::row(index), Cell::text(name)];
-        cells.extend(shown().map(|measure| Cell::number((measure.value)(row), measure.digits)));
+        cells.extend(shown.map(|metric| Cell::number(row.errors.get(metric.id), metric.digits)));
         cells.push(Cell::number(Some((squares / truth.len().max(1) as f64).sqrt()), 3));
         cells.push(Cell::number(Some(highest(light) / highest(truth)), 3));
         TableRow { row: Some(index), cells }
@@ -148,8 +153,9 @@ fn table(rows: &[(usize, &Measurement); 2], [truth, eq3, eq4]: &[Vec<f64>; 3]) -
     let rows = rows.collect();
     let mut caption = "Over the whole image, and along the line of the figure.".to_owned();
     let [three, four] = errors;
-    let is_darker = four.indirect_bias < three.indirect_bias && four.indirect_bias < Some(0.0);
-    if three.final_flip < four.final_flip && is_darker {
+    let (bias, flip) = (MetricId::IndirectBias, MetricId::FinalFlip);
+    let is_darker = four.get(bias) < three.get(bias) && four.get(bias) < Some(0.0);
+    if three.get(flip) < four.get(flip) && is_darker {
         caption += " FLIP puts Equation 3 ahead, because the image of Equation 4 is darker as a whole: a disc of all that a \
                     sample stands for, as published, loses light with few samples (disc_area = texel does not).";
     }
@@ -199,7 +205,7 @@ mod tests {
             figure.table.rows.iter().map(|row| row.cells[row.cells.len() - 1].text.as_str()).collect();
         assert_eq!(last, ["100", "1.20"]);
         assert!(figure.pictures.iter().all(|(_, path)| folder.join(path).is_file()));
-        // One row alone, or another preset, makes no figure; a lost file is told.
+        // One row alone, or another preset, makes no figure; a lost file is reported.
         let mut other = rows.clone();
         other[0].preset.clear();
         assert!(slice(&super::super::groups(&other)[0], &folder).expect("nothing is read").is_none());

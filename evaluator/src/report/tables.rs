@@ -1,93 +1,13 @@
-//! The tables of a report as data; [`super::markdown`] and [`super::html`] print them.
+//! The tables of a report.
 
+use halflight_metrics::{Best, Metric};
+
+use super::document::table::{Cell, Column, Kind, Table, TableRow};
 use super::grouping::{Group, last_segment};
-use super::measure::{Best, MEASURES, Measure};
 use super::published::{Claim, PublishedRow, PublishedTable, Share};
+use crate::experiment::measurement::{Measurement, plain};
+use crate::experiment::temporal::{AFTER, Temporal, WARM_UP, WINDOW};
 use crate::format::number;
-use crate::measurement::{Measurement, plain};
-use crate::temporal::{AFTER, Temporal, WARM_UP, WINDOW};
-
-/// A table with units in its heads.
-#[derive(Debug)]
-pub struct Table {
-    /// Heading.
-    pub title: String,
-    /// One or two sentences on what it shows.
-    pub caption: String,
-    /// Heads.
-    pub columns: Vec<Column>,
-    /// As many cells a row as there are columns.
-    pub rows: Vec<TableRow>,
-}
-
-/// A column's head.
-#[derive(Debug)]
-pub struct Column {
-    /// What it holds.
-    pub name: String,
-    /// Unit; empty for none.
-    pub unit: String,
-    /// One sentence for a reader who meets it first; may be empty.
-    pub meaning: String,
-    /// What its cells are.
-    pub kind: Kind,
-}
-
-/// What a column's cells are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Words.
-    Text,
-    /// Numbers: set right, sorted by size.
-    Number,
-    /// A command to copy.
-    Code,
-}
-
-/// A row.
-#[derive(Debug)]
-pub struct TableRow {
-    /// Index of the measurement that it shows.
-    pub row: Option<usize>,
-    /// Cells, by column.
-    pub cells: Vec<Cell>,
-}
-
-/// A cell.
-#[derive(Debug, Default)]
-pub struct Cell {
-    /// As printed; empty = no value.
-    pub text: String,
-    /// What a numeric column sorts by.
-    pub value: Option<f64>,
-    /// The best value of its column.
-    pub best: bool,
-}
-
-impl Column {
-    pub(crate) fn text(name: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: String::new(), meaning: String::new(), kind: Kind::Text }
-    }
-
-    pub(crate) fn numeric(name: impl Into<String>, unit: &str, meaning: &str) -> Self {
-        Self { name: name.into(), unit: unit.into(), meaning: meaning.into(), kind: Kind::Number }
-    }
-}
-
-impl Cell {
-    pub(crate) fn text(text: impl Into<String>) -> Self {
-        Self { text: text.into(), ..Self::default() }
-    }
-
-    pub(crate) fn number(value: Option<f64>, digits: usize) -> Self {
-        Self { text: value.map_or(String::new(), |value| number(value, digits)), value, best: false }
-    }
-
-    /// Number of a row of results.csv, from 1.
-    pub(crate) fn row(index: usize) -> Self {
-        Self { text: (index + 1).to_string(), value: Some(index as f64), best: false }
-    }
-}
 
 /// A column and how to fill it from a row.
 type Filled<'a> = (Column, Box<dyn Fn(&Measurement) -> Cell + 'a>, Option<Best>);
@@ -114,11 +34,11 @@ pub fn results(group: &Group) -> Table {
         Box::new(mib),
         Some(Best::Lowest),
     ));
-    for Measure { name, unit, meaning, digits, best, value, .. } in &MEASURES {
-        let cell = move |row: &Measurement| Cell::number(value(row), *digits);
-        columns.push((Column::numeric(*name, unit, meaning), Box::new(cell), Some(*best)));
+    for metric in Metric::ranked() {
+        let cell = move |row: &Measurement| Cell::number(row.errors.get(metric.id), metric.digits);
+        columns.push((Column::numeric(metric.title, metric.unit, metric.meaning), Box::new(cell), Some(metric.best)));
     }
-    let caption = "Times are medians over the frames; errors are against path-traced truth, sky left out. Bold: best of the column.";
+    let caption = "Times are medians over the frames; errors are against the path-traced reference, sky left out. Bold: best of the column.";
     fill("Every configuration", caption, columns, group)
 }
 
@@ -136,12 +56,12 @@ pub fn passes(group: &Group) -> Option<Table> {
     Some(fill("Where the time goes", "Each pass, median over the frames.", columns, group))
 }
 
-/// Measures over time; None where no grid asked for them.
+/// Metrics over time; None where no grid asked for them.
 pub fn temporal(group: &Group) -> Option<Table> {
     if group.rows.iter().all(|(_, row)| row.temporal.is_empty()) {
         return None;
     }
-    let measure = |name: &str, unit: &str, meaning: &str, value: fn(&Temporal) -> Option<f64>| -> Filled {
+    let metric = |name: &str, unit: &str, meaning: &str, value: fn(&Temporal) -> Option<f64>| -> Filled {
         (
             Column::numeric(name, unit, meaning),
             Box::new(move |row| Cell::number(value(&row.temporal), 3)),
@@ -150,25 +70,25 @@ pub fn temporal(group: &Group) -> Option<Table> {
     };
     let mut columns = configuration_columns(group);
     columns.extend([
-        measure(
+        metric(
             "still deviation",
             "radiance",
-            "standard deviation at a pixel over frames, camera and scene still",
+            "standard deviation at a pixel over frames, camera and scene static",
             |t| t.still_std,
         ),
-        measure(
+        metric(
             "ghost half-life",
             "frames",
-            "until half of the old light is gone after everything that moves jumped",
+            "until half of the old light is gone after everything animated jumped",
             |t| t.ghost_half_life,
         ),
-        measure(
+        metric(
             "recovery",
             "frames",
             "until surfaces that the jump uncovered are within a quarter of their final error",
             |t| t.recover,
         ),
-        measure(
+        metric(
             "error on the path",
             "radiance",
             "RMS from the average of unfiltered frames, along the scene's moves",
@@ -176,9 +96,9 @@ pub fn temporal(group: &Group) -> Option<Table> {
         ),
     ]);
     let caption = format!(
-        "Linear albedo · indirect. Deviation over {WINDOW} frames of the still scene after {WARM_UP}; then the scene's \
-         moving parts jump to where they are last, seen for {AFTER} frames; then camera and scene move as the scene file \
-         says. A filter with weight a alone would give a half-life of ln 2 / -ln a frames."
+        "Linear albedo · indirect. Deviation over {WINDOW} frames of the static scene after {WARM_UP}; then the animated \
+         parts jump to their last pose, measured for {AFTER} frames; then camera and scene follow the animation of the \
+         scene file. A filter with weight a alone would give a half-life of ln 2 / -ln a frames."
     );
     Some(fill("Over time", &caption, columns, group))
 }

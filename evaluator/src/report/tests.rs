@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 use serde_json::json;
 
-use super::tables::Table;
+use super::document::table::Table;
 use super::*;
 
 /// A cell of the 2009 grid whose gather costs 1 ms a sample and four times that at half resolution.
@@ -34,7 +34,7 @@ fn cell(start: &str, levels: u32, samples: u32, rel_mse: f64) -> Measurement {
         command: format!("evaluator render --set hierarchical.samples={samples} # </script>"),
         ..Measurement::default()
     };
-    row.errors.indirect_rel_mse = Some(rel_mse);
+    row.errors.set(MetricId::IndirectRelMse, Some(rel_mse));
     row
 }
 
@@ -61,7 +61,7 @@ fn column(table: &Table, name: &str, unit: &str) -> Vec<String> {
 fn the_folder_is_whole_and_the_page_needs_no_network() {
     let folder = std::env::temp_dir().join(format!("halflight-report-{}", std::process::id()));
     for _ in 0..2 {
-        report().write(&folder).unwrap(); // writing again replaces
+        report().write(&OutputFolder::open(&folder)).unwrap(); // writing again replaces
     }
     for file in ["results.csv", "results.json", "tables.md", "plots/time-vs-relmse.svg", "plots/cost-per-pass.svg"] {
         assert!(folder.join(file).is_file(), "{file}");
@@ -87,12 +87,12 @@ fn the_folder_is_whole_and_the_page_needs_no_network() {
 #[test]
 fn a_report_may_be_empty() {
     let folder = std::env::temp_dir().join(format!("halflight-report-empty-{}", std::process::id()));
-    Report::default().write(&folder).unwrap();
+    Report::default().write(&OutputFolder::open(&folder)).unwrap();
     let lonely = Report {
         measurements: vec![Measurement { technique: "none".into(), ..Measurement::default() }],
         ..Report::default()
     };
-    lonely.write(&folder).unwrap();
+    lonely.write(&OutputFolder::open(&folder)).unwrap();
     std::fs::remove_dir_all(folder).unwrap();
 }
 
@@ -100,7 +100,7 @@ fn a_report_may_be_empty() {
 fn an_unwritable_folder_is_bad_input() {
     let file = std::env::temp_dir().join(format!("halflight-report-file-{}", std::process::id()));
     std::fs::write(&file, "").unwrap();
-    let error = report().write(&file).unwrap_err();
+    let error = report().write(&OutputFolder::open(&file)).unwrap_err();
     assert!(error.exit_code() == 2 && error.to_string().starts_with("cannot write"), "{error}");
     std::fs::remove_file(file).unwrap();
 }
@@ -117,20 +117,22 @@ fn the_frontier_says_what_milliseconds_buy() {
     assert_eq!(column(table, "change", ""), ["", "−25.0 %", "−33.3 %"]);
     // Without errors there is no frontier, but there are results.
     let mut blind = report.measurements.clone();
-    blind.iter_mut().for_each(|row| row.errors = measurement::Errors::default());
+    blind.iter_mut().for_each(|row| row.errors = halflight_metrics::Values::default());
     let groups = super::groups(&blind);
     assert!(trade::trades(&groups[0]).is_empty());
     assert!(!tables::results(&groups[0]).columns.iter().any(|column| column.name == "relMSE"), "empty columns go");
 }
 
 #[test]
-fn every_measure_has_its_frontier() {
+fn every_metric_has_its_frontier() {
     let mut report = report();
     // FLIP falls with time, SSIM is best for the fastest, bias has a sign.
     for (row, (flip, ssim, bias)) in
         report.measurements.iter_mut().zip([(0.3, 0.9, -0.02), (0.2, 0.8, 0.01), (0.1, 0.7, -0.01), (0.09, 0.6, 0.002)])
     {
-        (row.errors.final_flip, row.errors.final_ssim, row.errors.indirect_bias) = (Some(flip), Some(ssim), Some(bias));
+        row.errors.set(MetricId::FinalFlip, Some(flip));
+        row.errors.set(MetricId::FinalSsim, Some(ssim));
+        row.errors.set(MetricId::IndirectBias, Some(bias));
     }
     let groups = groups(&report.measurements);
     let trades = trade::trades(&groups[0]);
@@ -152,7 +154,7 @@ fn every_measure_has_its_frontier() {
     let svg = plots.iter().find(|plot| plot.choice == "|bias|").unwrap().drawing.inline();
     assert!(svg.contains("bias over samples") && svg.contains(">−0.02<"), "bias over samples keeps its sign: {svg}");
     let folder = std::env::temp_dir().join(format!("halflight-measures-{}", std::process::id()));
-    report.write(&folder).unwrap();
+    report.write(&OutputFolder::open(&folder)).unwrap();
     let text = std::fs::read_to_string(folder.join("tables.md")).unwrap();
     for (title, wanted) in [("FLIP", true), ("relMSE", true), ("|bias|", false)] {
         assert_eq!(text.contains(&format!("### What each millisecond buys, by {title}\n")), wanted, "{title}");
@@ -165,18 +167,19 @@ fn rel_mse_is_explained_where_it_ranks_below_nothing() {
     let mut report = report();
     let mut none =
         Measurement { technique: "none".into(), parameters: Default::default(), ..report.measurements[0].clone() };
-    (none.time_ms_median, none.time_ms_min, none.errors.final_flip) = (0.0, 0.0, Some(0.5));
-    none.errors.indirect_rel_mse = Some(0.045);
-    report.measurements.iter_mut().for_each(|row| row.errors.final_flip = Some(0.2));
+    (none.time_ms_median, none.time_ms_min) = (0.0, 0.0);
+    none.errors.set(MetricId::FinalFlip, Some(0.5));
+    none.errors.set(MetricId::IndirectRelMse, Some(0.045));
+    report.measurements.iter_mut().for_each(|row| row.errors.set(MetricId::FinalFlip, Some(0.2)));
     report.measurements.push(none);
     let remark = |rows: &[Measurement]| trade::remark_on_rel_mse(&groups(rows)[0]);
     let text = remark(&report.measurements).unwrap();
     // 0.04, 0.03 and 0.02 are better than 0.045, 0.05 is not.
     assert!(
-        text.starts_with("By relMSE, 1 of 4 configurations rank below") && text.contains("are, by FLIP 4."),
+        text.starts_with("By relMSE, 1 of 4 configurations are worse") && text.contains("better than none: FLIP 4."),
         "{text}"
     );
-    report.measurements[4].errors.indirect_rel_mse = Some(0.06);
+    report.measurements[4].errors.set(MetricId::IndirectRelMse, Some(0.06));
     assert_eq!(remark(&report.measurements), None, "nothing to explain");
     assert_eq!(remark(&report.measurements[..4]), None, "nothing to compare with");
 }
@@ -251,7 +254,7 @@ fn tables_mark_the_best_and_give_units() {
 #[test]
 fn numbers_that_should_worry_are_warnings() {
     let mut report = report();
-    report.measurements[1].errors.final_flip = Some(f64::NAN);
+    report.measurements[1].errors.set(MetricId::FinalFlip, Some(f64::NAN));
     report.measurements[2].time_ms_p95 = 1e4;
     report.measurements[3].frames = 3;
     let warnings = report.all_warnings();

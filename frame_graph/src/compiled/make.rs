@@ -2,10 +2,9 @@
 
 use halflight_shared_shaders::{BindingKind, Shader, Stage};
 
-use super::{Provider, ReadyDraw, ReadyPass, bindings_of, in_turn};
+use super::{Provider, ReadyDraw, ReadyPass, in_turn};
 use crate::{
     Gpu,
-    gpu::known_shader,
     plan::{Draw, FramePlan, Pass, ResourceId, Work},
 };
 
@@ -22,7 +21,7 @@ pub(super) struct Maker<'a> {
 
 impl Maker<'_> {
     pub(super) fn ready(&self, pass: &Pass, params: Option<&wgpu::Buffer>) -> ReadyPass {
-        let shader = known_shader(&pass.shader);
+        let shader = pass.shader;
         match &pass.work {
             Work::Dispatch { entry, size } => {
                 let entry = shader.entry_points.iter().find(|e| e.name == *entry).unwrap_or(&shader.entry_points[0]);
@@ -66,7 +65,7 @@ impl Maker<'_> {
         params: Option<&wgpu::Buffer>,
         formats: &[wgpu::TextureFormat],
     ) -> ReadyDraw {
-        let shader = known_shader(&draw.shader);
+        let shader = draw.shader;
         let pipeline = self.gpu.render_pipeline(shader, &pass.constants, formats, false);
         let group = self.group(pass, shader, params, 0, |index| pipeline.get_bind_group_layout(index));
         let triangles = self.scene.and_then(|scene| scene.triangles(self.gpu, draw.triangles));
@@ -92,14 +91,14 @@ impl Maker<'_> {
             Buffer(wgpu::Buffer),
             Sampler(wgpu::Sampler),
         }
-        let held: Vec<(u32, Held)> = bindings_of(shader)
-            .into_iter()
+        let held: Vec<(u32, Held)> = shader
+            .bindings()
             .map(|binding| {
                 let id = || {
                     let bound = pass.bindings.iter().find(|(name, _)| *name == binding.name);
                     let id = bound.map(|&(_, id)| in_turn(self.plan, id, turn));
                     id.unwrap_or_else(|| {
-                        panic!("pass {} binds nothing to {} of {}", pass.name, binding.name, pass.shader)
+                        panic!("pass {} binds nothing to {} of {}", pass.name, binding.name, shader.name)
                     })
                 };
                 let held = match &binding.kind {
@@ -108,7 +107,8 @@ impl Maker<'_> {
                         let buffer = match binding.name {
                             "view" => Some(&self.views[own]),
                             "previous" => self.previous.map(|buffers| &buffers[own]),
-                            _ => params,
+                            "params" => params,
+                            _ => self.buffers[id().0].as_ref(),
                         };
                         let missing = || panic!("pass {} has no values for {}", pass.name, binding.name);
                         Held::Buffer(buffer.cloned().unwrap_or_else(missing))

@@ -60,7 +60,7 @@ impl fmt::Display for FramePlan {
                 writeln!(f, "\n{}", pass.part)?;
             }
             let (reads, writes) = pass.reads_and_writes();
-            writeln!(f, "{:>4}  {:<name$}  {:<reason$}  {}", index + 1, pass.name, pass.reason, pass.shader)?;
+            writeln!(f, "{:>4}  {:<name$}  {:<reason$}  {}", index + 1, pass.name, pass.reason, pass.shader.name)?;
             writeln!(f, "      {:name$}  {} -> {}", "", names(&reads), names(&writes))?;
         }
         writeln!(f, "\nTextures and buffers")?;

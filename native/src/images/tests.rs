@@ -1,4 +1,5 @@
 #![allow(clippy::unwrap_used)]
+#![allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 use super::*;
 
 /// A folder that goes away with the test.

@@ -1,14 +1,18 @@
 //! What a technique starts from: G-buffer, shadow maps and direct light.
 
+use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId};
 use halflight_scenes::SceneNeeds;
+use halflight_shared_shaders::{
+    direct::direct_light::{self, DirectLight},
+    gbuffer::{self, Gbuffer},
+    shadow::shadow_map::{self, ShadowMap},
+};
 use wgpu::TextureFormat as Format;
 
-use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId, variant};
-
-use super::{DirectLight, DirectSource, SceneFacts};
+use super::{DirectSource, SceneFacts};
 use crate::{
     parameters::{Settings, SettingsError},
-    scene::{ShadowLayer, triangles},
+    scene::{light_view, shadow_entries, triangles},
 };
 
 pub(super) struct SceneResources {
@@ -72,32 +76,20 @@ pub(super) fn plan_gbuffer(
         .filter(|_| follows)
         .map(|_| plan.texture("object", size, Format::R32Uint, "objects move, and the temporal filter follows them"));
     let depth_test = plan.texture("depth_test", size, Gpu::DEPTH_FORMAT, "hidden surfaces");
-    let shader = |alpha_tested| {
-        variant(
-            "gbuffer/gbuffer",
-            &[
-                ("alpha_tested", alpha_tested),
-                ("textured", needs.textured),
-                ("material_id", material.is_some()),
-                ("moving", scene.objects.is_some()),
-                ("object_id", object.is_some()),
-            ],
-        )
+    let run = Gbuffer {
+        vertices: scene.vertices,
+        materials: scene.materials,
+        alpha_tested: needs.alpha_tested,
+        textured: needs.textured,
+        texels: scene.texels,
+        material_id: material.is_some(),
+        moving: scene.objects,
+        object_id: object.is_some(),
     };
-    let mut pass = plan
-        .pass(Part::GBuffer, "gbuffer", shader(needs.alpha_tested))
-        .bind("vertices", scene.vertices)
-        .bind("materials", scene.materials)
-        .because("what the camera sees");
-    if let Some(texels) = scene.texels {
-        pass = pass.bind("texels", texels);
-    }
-    if let Some(objects) = scene.objects {
-        pass = pass.bind("objects", objects);
-    }
+    let opaque = gbuffer::Features { alpha_tested: false, ..run.features() }.shader();
     let targets = [Some(depth), Some(normal), Some(albedo), material, object];
-    pass.draw(
-        triangles::by_alpha(needs.alpha_tested, || shader(false)),
+    plan.pass(Part::GBuffer, "gbuffer", run).because("what the camera sees").draw(
+        triangles::by_alpha(needs.alpha_tested, opaque),
         targets.into_iter().flatten().collect(),
         (depth_test, 0),
     );
@@ -112,31 +104,22 @@ pub(super) fn plan_direct(
     shadow: Option<Shadows>,
 ) -> ResourceId {
     let size = plan.display_size;
-    let lit = shadow.is_some();
     let direct = plan.texture("direct", size, Format::Rgba32Float, "the source of indirect light");
     let needs = &facts.needs;
-    let emitters = gbuffer.material.filter(|_| needs.emitters);
-    let shader = variant("direct/direct_light", &[("lit", lit), ("emitters", emitters.is_some())]);
     let lights = needs.directional_lights + needs.spot_lights + needs.point_lights;
-    let lights_buffer = lit.then(|| plan.scene_buffer("scene.lights", "the scene's lights"));
-    let mut pass = plan
-        .pass(Part::Direct, "direct", shader)
-        .constants(&[("LIGHTS", lights as f64)])
-        .bind("depth", gbuffer.depth)
-        .bind("normal", gbuffer.normal)
-        .bind("direct", direct)
-        .because(format!("{}{}", counted(lights, "light"), if needs.emitters { " and emitters" } else { "" }));
-    if let (Some(Shadows { maps, entries }), Some(buffer)) = (shadow, lights_buffer) {
-        pass = pass
-            .bind("albedo", gbuffer.albedo)
-            .bind("lights", buffer)
-            .bind("shadow_layers", entries)
-            .bind("shadow_maps", maps);
-    }
-    if let Some(material) = emitters {
-        pass = pass.bind("material", material).bind("materials", scene.materials);
-    }
-    pass.over(size);
+    let lit = shadow.map(|Shadows { maps, entries }| direct_light::Lit {
+        albedo: gbuffer.albedo,
+        lights: plan.scene_buffer("scene.lights", "the scene's lights"),
+        shadow_layers: entries,
+        shadow_maps: maps,
+    });
+    let emitters = gbuffer.material.filter(|_| needs.emitters);
+    let emitters = emitters.map(|material| direct_light::Emitters { material, materials: scene.materials });
+    let constants = direct_light::Constants { lights: lights as u32 };
+    let (depth, normal) = (gbuffer.depth, gbuffer.normal);
+    plan.pass(Part::Direct, "direct", DirectLight { depth, normal, direct, lit, emitters, constants })
+        .because(format!("{}{}", counted(lights, "light"), if needs.emitters { " and emitters" } else { "" }))
+        .over(size);
     direct
 }
 
@@ -153,7 +136,7 @@ pub(super) fn plan_shadows(
     scene: &SceneResources,
     settings: &Settings,
 ) -> Result<Option<Shadows>, SettingsError> {
-    let map_size = DirectLight::from_settings(settings)?.shadow_map_size;
+    let map_size = super::DirectLight::from_settings(settings)?.shadow_map_size;
     let layers = &facts.shadow_layers;
     if layers.is_empty() {
         return Ok(None);
@@ -161,34 +144,23 @@ pub(super) fn plan_shadows(
     let count = layers.len() as u32;
     let maps =
         plan.texture_array("shadow_maps", [map_size; 2], count, Gpu::DEPTH_FORMAT, counted(layers.len(), "shadow map"));
-    let entries = plan.data("shadow_layers", shadow_entries(layers, map_size), "what the shadow maps look at");
-    let shader = |alpha_tested| {
-        variant("shadow/shadow_map", &[("alpha_tested", alpha_tested), ("moving", scene.objects.is_some())])
-    };
+    let entries = shadow_entries(plan, layers, map_size);
     for (index, layer) in layers.iter().enumerate() {
-        let mut pass = plan
-            .pass(Part::Direct, format!("shadow_{index}"), shader(facts.needs.alpha_tested))
-            .param("world_to_clip", layer.world_to_clip)
-            .bind("vertices", scene.vertices)
-            .because("a light casts shadows");
-        if let (true, Some(texels)) = (facts.needs.alpha_tested, scene.texels) {
-            pass = pass.bind("materials", scene.materials).bind("texels", texels);
-        }
-        if let Some(objects) = scene.objects {
-            pass = pass.bind("objects", objects);
-        }
-        pass.draw(triangles::by_alpha(facts.needs.alpha_tested, || shader(false)), Vec::new(), (maps, index as u32));
+        let textures = scene.texels.filter(|_| facts.needs.alpha_tested);
+        let materials = scene.materials;
+        let run = ShadowMap {
+            light_view: light_view(plan, index, layer),
+            vertices: scene.vertices,
+            alpha_tested: textures.map(|texels| shadow_map::AlphaTested { materials, texels }),
+            moving: scene.objects,
+            triangles: None,
+        };
+        let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();
+        plan.pass(Part::Direct, format!("shadow_{index}"), run).because("a light casts shadows").draw(
+            triangles::by_alpha(facts.needs.alpha_tested, opaque),
+            Vec::new(),
+            (maps, index as u32),
+        );
     }
     Ok(Some(Shadows { maps, entries }))
-}
-
-/// Twin of `ShadowLayer` in direct_light.wgsl: a matrix, then the width of a texel.
-pub(crate) fn shadow_entries(layers: &[ShadowLayer], map_size: u32) -> Vec<u8> {
-    let words: Vec<f32> = layers
-        .iter()
-        .flat_map(|layer| {
-            layer.world_to_clip.to_cols_array().into_iter().chain([layer.width / map_size as f32, 0.0, 0.0, 0.0])
-        })
-        .collect();
-    bytemuck::cast_slice(&words).to_vec()
 }

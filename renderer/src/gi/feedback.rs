@@ -1,6 +1,10 @@
 //! Several bounces by feedback of the frame before (Therrien et al. 2023, section 4.3), for any technique: every frame adds
 //! one bounce to what it finds.
 
+use halflight_shared_shaders::feedback::{
+    remember::Remember,
+    source::{self, Source},
+};
 use wgpu::TextureFormat as Format;
 
 use crate::gi::Inputs;
@@ -23,14 +27,10 @@ impl Feedback {
         let size = plan.display_size;
         let light = plan.history("light", size, Format::Rgba32Uint, "light that surfaces reflect once more");
         let source = plan.texture("fed", size, Format::Rgba32Float, "direct light and light that was fed back");
-        plan.pass(Part::Technique, "feedback", "feedback/source")
-            .param("bound", bound)
-            .bind("depth", inputs.depth)
-            .bind("normal", inputs.normal)
-            .bind("direct", inputs.direct)
-            .bind("albedo", inputs.albedo)
-            .bind("light_before", light.before)
-            .bind("fed", source)
+        let &Inputs { depth, normal, direct, albedo, .. } = inputs;
+        let params = source::Params { bound };
+        let run = Source { depth, normal, direct, albedo, light_before: light.before, fed: source, params };
+        plan.pass(Part::Technique, "feedback", run)
             .because(format!("further bounces from the frame before, albedo at most {bound}"))
             .over(size);
         Some(Self { source, light })
@@ -39,12 +39,7 @@ impl Feedback {
     /// Plans what the next frame will feed back: this frame's light, at full resolution.
     pub fn remember(&self, plan: &mut FramePlan, inputs: &Inputs, indirect: ResourceId) {
         let size = plan.display_size;
-        plan.pass(Part::Technique, "remember", "feedback/remember")
-            .bind("depth", inputs.depth)
-            .bind("normal", inputs.normal)
-            .bind("indirect", indirect)
-            .bind("light", self.light.now)
-            .because("the next frame adds a bounce")
-            .over(size);
+        let run = Remember { depth: inputs.depth, normal: inputs.normal, indirect, light: self.light.now };
+        plan.pass(Part::Technique, "remember", run).because("the next frame adds a bounce").over(size);
     }
 }

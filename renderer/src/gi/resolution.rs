@@ -2,44 +2,46 @@
 
 use wgpu::TextureFormat as Format;
 
-use crate::{
-    gi::{Inputs, Storage, UpsamplingKernel},
-    parameters::ParameterType,
+use crate::gi::{Inputs, Storage, UpsamplingKernel};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_shared_shaders::{
+    Call,
+    hierarchical::{
+        pack::Pack,
+        pyramid::{self, Pyramid},
+        upsample::{self, Upsample},
+        upsample_linear::UpsampleLinear,
+    },
 };
-use halflight_frame_graph::{FramePlan, Part, PassBuilder, ResourceId, variant};
 
 /// Surfaces in squares of some pixels.
 pub struct Level {
+    /// Width and height, texels.
     pub size: [u32; 2],
     /// Width of a texel in full-resolution pixels.
     pub scale: u32,
+    /// Surfels, one a texel.
     pub surfels: ResourceId,
 }
 
 /// Plans surfels of squares `divisor` pixels wide and of `last` coarser levels, each of twice the width, finest first.
-/// `constants` may choose which child a square keeps (`VOTE`).
-pub fn pyramid(
-    plan: &mut FramePlan,
-    inputs: &Inputs,
-    constants: &[(&'static str, f64)],
-    divisor: u32,
-    last: u32,
-) -> Vec<Level> {
-    pyramid_and_planes(plan, inputs, constants, divisor, last, None)
+/// With `vote` a square keeps the child that most of its neighbours agree with, otherwise the one nearest to the eye.
+pub fn pyramid(plan: &mut FramePlan, inputs: &Inputs, vote: bool, divisor: u32, last: u32) -> Vec<Level> {
+    pyramid_and_planes(plan, inputs, vote, divisor, last, None)
 }
 
 /// Plans surfels of squares `divisor` pixels wide (1 or 2) and the same surfaces as planes (`common/plane.wgsl`).
 pub fn surfels_and_planes(plan: &mut FramePlan, inputs: &Inputs, divisor: u32) -> (Level, ResourceId) {
     let size = plan.display_size.map(|v| v.div_ceil(divisor));
     let planes = plan.texture("planes", size, Format::Rgba32Uint, "surfaces as planes, one fetch a sample");
-    (pyramid_and_planes(plan, inputs, &[("VOTE", 0.0)], divisor, 0, Some(planes)).remove(0), planes)
+    (pyramid_and_planes(plan, inputs, false, divisor, 0, Some(planes)).remove(0), planes)
 }
 
 /// As [`pyramid`]; the first pass, at most half resolution, writes `planes`, too.
 fn pyramid_and_planes(
     plan: &mut FramePlan,
     inputs: &Inputs,
-    constants: &[(&'static str, f64)],
+    vote: bool,
     divisor: u32,
     last: u32,
     planes: Option<ResourceId>,
@@ -59,33 +61,29 @@ fn pyramid_and_planes(
             format!("surfaces in squares of {scale} pixels"),
         );
         let name = format!("pyramid_{scale}");
-        let pass = match levels.last() {
-            None if scale == 1 => plan
-                .pass(Part::Technique, name, variant("hierarchical/pack", &[("planes", planes.is_some())]))
-                .bind("depth", inputs.depth)
-                .bind("normal", inputs.normal)
-                .bind("direct", inputs.direct),
-            None => plan
-                .pass(
-                    Part::Technique,
-                    name,
-                    variant("hierarchical/pyramid+from_gbuffer", &[("planes", planes.is_some())]),
-                )
-                .param("child_scale", 1.0)
-                .bind("depth", inputs.depth)
-                .bind("normal", inputs.normal)
-                .bind("direct", inputs.direct),
-            Some(finer) => plan
-                .pass(Part::Technique, name, "hierarchical/pyramid")
-                .param("child_scale", finer.scale as f32)
-                .bind("children", finer.surfels),
+        let &Inputs { depth, normal, direct, .. } = inputs;
+        let planes = planes.filter(|_| levels.is_empty());
+        let constants = pyramid::Constants { vote };
+        let call = match levels.last() {
+            None if scale == 1 => Pack { depth, normal, direct, surfels, planes }.into(),
+            None => Call::from(Pyramid {
+                surfels,
+                from_gbuffer: Some(pyramid::FromGbuffer { depth, normal, direct }),
+                planes,
+                children: None,
+                params: pyramid::Params { child_scale: 1.0 },
+                constants,
+            }),
+            Some(finer) => Call::from(Pyramid {
+                surfels,
+                from_gbuffer: None,
+                planes: None,
+                children: Some(finer.surfels),
+                params: pyramid::Params { child_scale: finer.scale as f32 },
+                constants,
+            }),
         };
-        let pass = match planes {
-            Some(planes) if levels.is_empty() => pass.bind("planes", planes),
-            _ => pass,
-        };
-        pass.constants(constants)
-            .bind("surfels", surfels)
+        plan.pass(Part::Technique, name, call)
             .because(if scale < divisor { "leads to the start resolution" } else { "a level of the gather" })
             .over(size);
         levels.push(Level { size, scale, surfels });
@@ -98,26 +96,39 @@ fn pyramid_and_planes(
 /// How coarse light is brought to finer texels.
 #[derive(Clone, Copy)]
 pub struct Upsampling {
+    /// Kernel of the filter.
     pub kernel: UpsamplingKernel,
     /// Of what arrives at the display.
     pub storage: Storage,
 }
 
 impl Upsampling {
-    /// Begins a pass that brings light of the coarse level to texels of `fine_scale`.
-    pub fn pass<'a>(
+    /// Brings light of the coarse level to texels of the next finer one, `fine`, and adds what that one `gathered`.
+    pub fn combine(
         self,
-        plan: &'a mut FramePlan,
-        name: String,
-        shader: &str,
         coarse: &Level,
-        fine_scale: u32,
-    ) -> PassBuilder<'a> {
-        plan.pass(Part::Technique, name, shader)
-            .constants(&[("KERNEL", self.kernel.to_constant()), ("CHILDREN", f64::from(coarse.scale / fine_scale))])
-            .param("fine_scale", fine_scale as f32)
-            .param("coarse_scale", coarse.scale as f32)
-            .bind("coarse_surfels", coarse.surfels)
+        coarse_indirect: ResourceId,
+        fine: &Level,
+        gathered: Option<ResourceId>,
+        indirect: ResourceId,
+    ) -> Upsample<ResourceId> {
+        Upsample {
+            coarse_surfels: coarse.surfels,
+            coarse_indirect,
+            indirect,
+            float16: false,
+            openness: false,
+            to_display: None,
+            surfels: Some(fine.surfels),
+            // A level that gathered nothing binds any texture of the right kind; it is not read.
+            gathered: Some(gathered.unwrap_or(coarse_indirect)),
+            params: upsample::Params { fine_scale: fine.scale as f32, coarse_scale: coarse.scale as f32 },
+            constants: self.constants(coarse, fine.scale, gathered.is_some()),
+        }
+    }
+
+    fn constants(self, coarse: &Level, fine_scale: u32, gathered: bool) -> upsample::Constants {
+        upsample::Constants { children: coarse.scale / fine_scale, kernel: self.kernel as u32, gathered }
     }
 }
 
@@ -148,27 +159,35 @@ pub fn to_display(
     let what = if openness { name.replace('_', " ") } else { format!("{name} light") };
     let display = plan.texture(name, size, format, format!("{what} at full resolution"));
     let pass = if name == "indirect" { "upsample".into() } else { format!("upsample_{name}") };
+    let &Inputs { depth, normal, .. } = inputs;
     if level.scale == 2 && upsampling.kernel == UpsamplingKernel::Linear {
-        let features = [("float16", half), ("openness", openness), ("packed", packed)];
-        let pass = plan
-            .pass(Part::Technique, pass, variant("hierarchical/upsample_linear", &features))
-            .bind("coarse_surfels", if packed { light } else { level.surfels })
-            .bind("depth", inputs.depth)
-            .bind("normal", inputs.normal)
-            .bind("indirect", display)
-            .because("the gather starts at half resolution");
-        let pass = if packed { pass } else { pass.bind("coarse_indirect", light) };
-        pass.over(level.size.map(|v| v + 1));
+        let run = UpsampleLinear {
+            coarse_surfels: if packed { light } else { level.surfels },
+            indirect: display,
+            depth,
+            normal,
+            float16: half,
+            openness,
+            packed,
+            coarse_indirect: (!packed).then_some(light),
+        };
+        plan.pass(Part::Technique, pass, run)
+            .because("the gather starts at half resolution")
+            .over(level.size.map(|v| v + 1));
         return display;
     }
-    let features = [("to_display", true), ("float16", half), ("openness", openness)];
-    upsampling
-        .pass(plan, pass, &variant("hierarchical/upsample", &features), level, 1)
-        .bind("coarse_indirect", light)
-        .bind("depth", inputs.depth)
-        .bind("normal", inputs.normal)
-        .bind("indirect", display)
-        .because("the gather starts below full resolution")
-        .over(level.size);
+    let run = Upsample {
+        coarse_surfels: level.surfels,
+        coarse_indirect: light,
+        indirect: display,
+        float16: half,
+        openness,
+        to_display: Some(upsample::ToDisplay { depth, normal }),
+        surfels: None,
+        gathered: None,
+        params: upsample::Params { fine_scale: 1.0, coarse_scale: level.scale as f32 },
+        constants: upsampling.constants(level, 1, false),
+    };
+    plan.pass(Part::Technique, pass, run).because("the gather starts below full resolution").over(level.size);
     display
 }

@@ -10,14 +10,26 @@ use crate::{
         resolution::Level,
     },
     parameters::SettingsError,
-    scene::{SceneFacts, ShadowLayer, triangles},
+    scene::{SceneFacts, ShadowLayer, light_projections, light_view, triangles},
 };
-use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId, variant};
+use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId};
+use halflight_shared_shaders::{
+    light_views::{
+        choose::{self, Choose},
+        collect::{self, Collect},
+        emitters,
+        keep::{self, Keep},
+        lit_surfaces::{self, LitSurfaces},
+        pyramid::{self, Pyramid},
+    },
+    shadow::shadow_map::{self, ShadowMap},
+};
 
 /// Lit surfaces that stand for all that the lights light.
 pub struct VirtualLights {
     /// `array<LightSurface>` of `light_views/light_surface.wgsl`, view space.
     pub lights: ResourceId,
+    /// Number of lights.
     pub count: u32,
 }
 
@@ -42,8 +54,6 @@ pub struct LightMaps {
     size: u32,
 }
 
-const LIT_SURFACES: &str = "light_views/lit_surfaces";
-
 /// Needs the scene: an error where only textures were given.
 fn scene_of<'a>(inputs: &Inputs<'a>, technique: &str) -> Result<&'a SceneFacts, SettingsError> {
     inputs.scene.ok_or_else(|| {
@@ -67,14 +77,9 @@ impl LightMaps {
     }
 
     /// Plans one view: which triangle each texel shows, then what that surface sends on.
-    fn draw(
-        &self,
-        plan: &mut FramePlan,
-        scene: &SceneFacts,
-        receive_only: Option<ResourceId>,
-        index: usize,
-        view: &ShadowLayer,
-    ) {
+    fn draw(&self, plan: &mut FramePlan, scene: &SceneFacts, inputs: &Inputs, index: usize, view: &ShadowLayer) {
+        let receive_only = inputs.receive_only.map(|surfaces| surfaces.flags);
+        let depth = inputs.depth;
         let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
         let indices = plan.scene_buffer("scene.indices", "its triangles");
         let corners = plan.scene_buffer("scene.corners", "the numbers of its triangles");
@@ -83,54 +88,39 @@ impl LightMaps {
         let texels = (scene.needs.textured || scene.needs.alpha_tested)
             .then(|| plan.scene_buffer("scene.texels", "materials with textures"));
         let objects = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
-        let shader = |alpha_tested| {
-            variant(
-                "shadow/shadow_map",
-                &[("alpha_tested", alpha_tested), ("moving", scene.moving()), ("triangles", true)],
-            )
+        let light_view = light_view(plan, index, view);
+        let run = ShadowMap {
+            light_view,
+            vertices,
+            alpha_tested: texels
+                .filter(|_| scene.needs.alpha_tested)
+                .map(|texels| shadow_map::AlphaTested { materials, texels }),
+            moving: objects,
+            triangles: Some(corners),
         };
-        let mut pass = plan
-            .pass(Part::Technique, format!("light_view_{index}"), shader(scene.needs.alpha_tested))
-            .param("world_to_clip", view.world_to_clip)
-            .bind("vertices", vertices)
-            .bind("corners", corners)
-            .because("which triangles a light sees");
-        if let (true, Some(texels)) = (scene.needs.alpha_tested, texels) {
-            pass = pass.bind("materials", materials).bind("texels", texels);
-        }
-        if let Some(objects) = objects {
-            pass = pass.bind("objects", objects);
-        }
-        pass.draw(
-            triangles::numbered_by_alpha(scene.needs.alpha_tested, || shader(false)),
+        let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();
+        plan.pass(Part::Technique, format!("light_view_{index}"), run).because("which triangles a light sees").draw(
+            triangles::numbered_by_alpha(scene.needs.alpha_tested, opaque),
             vec![self.triangles],
             (self.depth, 0),
         );
-        let features =
-            [("textured", scene.needs.textured), ("moving", scene.moving()), ("receive_only", receive_only.is_some())];
-        let mut pass = plan
-            .pass(Part::Technique, format!("lit_surfaces_{index}"), variant(LIT_SURFACES, &features))
-            .param("world_to_clip", view.world_to_clip)
-            .param("light", view.light)
-            .param("texel_width", view.width / self.size as f32)
-            .bind("vertices", vertices)
-            .bind("indices", indices)
-            .bind("materials", materials)
-            .bind("lights", lights)
-            .bind("triangles", self.triangles)
-            .bind("place", self.place)
-            .bind("light", self.light)
-            .because("what a light lights sends light on");
-        if let (true, Some(texels)) = (scene.needs.textured, texels) {
-            pass = pass.bind("texels", texels);
-        }
-        if let Some(objects) = objects {
-            pass = pass.bind("objects", objects);
-        }
-        if let Some(flags) = receive_only {
-            pass = pass.bind("receive_only", flags);
-        }
-        pass.over([self.size; 2]);
+        let run = LitSurfaces {
+            light_view,
+            vertices,
+            indices,
+            materials,
+            lights,
+            triangles: self.triangles,
+            place: self.place,
+            light: self.light,
+            textured: texels.filter(|_| scene.needs.textured),
+            moving: objects,
+            receive_only,
+            seen: scene.only_seen_surfaces_send.then_some(depth),
+        };
+        plan.pass(Part::Technique, format!("lit_surfaces_{index}"), run)
+            .because("what a light lights sends light on")
+            .over([self.size; 2]);
     }
 }
 
@@ -153,20 +143,16 @@ pub fn plan_light_maps(
     }
     let maps = LightMaps::new(plan, size);
     for (index, view) in views.iter().enumerate() {
-        maps.draw(plan, scene, inputs.receive_only.map(|surfaces| surfaces.flags), index, view);
+        maps.draw(plan, scene, inputs, index, view);
         use_map(plan, &maps, index, view);
     }
     Ok(())
 }
 
-/// Leaves in the lights' views of a whole frame only those surfaces that its camera sees, to tell an error of light from
-/// the screen from one of light from elsewhere. Nothing changes where the plan has no such views.
-pub fn send_only_what_is_seen(plan: &mut FramePlan) {
-    let Some(&depth) = plan.outputs.get("depth") else { return };
-    for pass in plan.passes.iter_mut().filter(|pass| pass.shader.starts_with(LIT_SURFACES)) {
-        pass.shader.push_str("+seen");
-        pass.bindings.push(("depth", depth));
-    }
+/// Whether some pass of the plan finds what lights see.
+pub fn has_light_views(plan: &FramePlan) -> bool {
+    let shaders = [lit_surfaces::FILE, emitters::FILE];
+    plan.passes.iter().any(|pass| shaders.contains(&pass.shader.file()))
 }
 
 /// Bytes of a buffer that every device binds: WebGPU's default.
@@ -216,32 +202,21 @@ pub fn plan_light_pyramid(
     refuse_too_large(technique, size, u64::from(views), LARGEST_BUFFER / TEXEL * 3 / 4)?;
     let count: u64 = (0..levels).map(|level| u64::from(views) * u64::from(size >> level).pow(2)).sum();
     let texels = plan.buffer("light_pyramid", count * TEXEL, "surfaces that the lights light, at several scales");
-    let projections = plan.data("light_projections", light_projections(layers), "where a light sees a receiver");
+    let projections = light_projections(plan, layers);
     plan_light_maps(plan, inputs, technique, size, |plan, maps, index, _| {
-        plan.pass(Part::Technique, format!("keep_{index}"), "light_views/keep")
-            .param("first", index as u32 * size * size)
-            .bind("place", maps.place)
-            .bind("light", maps.light)
-            .bind("light_pyramid", texels)
+        let params = keep::Params { first: index as u32 * size * size };
+        let run = Keep { place: maps.place, light: maps.light, light_pyramid: texels, params };
+        plan.pass(Part::Technique, format!("keep_{index}"), run)
             .because("the next view is drawn into the same map")
             .over([size; 2]);
     })?;
     for level in 1..levels {
-        plan.pass(Part::Technique, format!("light_pyramid_{level}"), "light_views/pyramid")
-            .param("size", size)
-            .param("views", views)
-            .param("level", level)
-            .bind("light_pyramid", texels)
+        let params = pyramid::Params { size, views, level };
+        plan.pass(Part::Technique, format!("light_pyramid_{level}"), Pyramid { light_pyramid: texels, params })
             .because("what is far away is gathered in coarser texels")
             .over([size >> level, (size >> level) * views]);
     }
     Ok(Some(LightPyramid { texels, projections, views }))
-}
-
-/// World to clip space of these views, as `array<mat4x4f>`.
-pub fn light_projections(views: &[ShadowLayer]) -> Vec<u8> {
-    let words: Vec<f32> = views.iter().flat_map(|view| view.world_to_clip.to_cols_array()).collect();
-    bytemuck::cast_slice(&words).to_vec()
 }
 
 /// Plans maps of `size` texels a side for every light and chooses `count` of their surfaces by what they bring to
@@ -279,15 +254,10 @@ pub fn plan_virtual_lights(
         count,
     };
     plan_light_maps(plan, inputs, technique, size, |plan, maps, index, view| {
-        plan.pass(Part::Technique, format!("collect_{index}"), "light_views/collect")
-            .param("first", texels * index as u32)
-            .param("scale", receivers.scale as f32)
-            .bind("place", maps.place)
-            .bind("light", maps.light)
-            .bind("places", places)
-            .bind("lights", lights)
-            .bind("surfels", receivers.surfels)
-            .bind("importances", importances)
+        let params = collect::Params { first: texels * index as u32, scale: receivers.scale as f32 };
+        let &LightMaps { place, light, .. } = maps;
+        let run = Collect { place, light, places, lights, surfels: receivers.surfels, importances, params };
+        plan.pass(Part::Technique, format!("collect_{index}"), run)
             .because("what each surface would bring to what the camera sees")
             .over([size; 2]);
         use_map(plan, maps, index, view);
@@ -296,13 +266,8 @@ pub fn plan_virtual_lights(
         let to = EmitterPoints { places, lights, first: of_views, points };
         plan_emitter_points(plan, scene, &to, Some((importances, receivers)));
     }
-    plan.pass(Part::Technique, "choose", "light_views/choose")
-        .param("surfaces", surfaces)
-        .param("chosen", count)
-        .bind("importances", importances)
-        .bind("places", places)
-        .bind("lights", lights)
-        .bind("virtual_lights", chosen.lights)
+    let params = choose::Params { surfaces, chosen: count };
+    plan.pass(Part::Technique, "choose", Choose { importances, places, lights, virtual_lights: chosen.lights, params })
         .because(format!("{count} surfaces stand for all that are lit"))
         .over([1, 1]);
     Ok(Some(chosen))

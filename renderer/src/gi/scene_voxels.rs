@@ -4,7 +4,8 @@
 use glam::Vec3;
 
 use crate::scene::SceneFacts;
-use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_shared_shaders::scene_voxels::fill::{self, Fill};
 
 /// Invocations that share a triangle, at least.
 const FEWEST_ROWS: u32 = 8;
@@ -45,35 +46,34 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
     let grid = plan.data("scene_grid", bytemuck::cast_slice(&words).to_vec(), "where the cubes are");
     let bytes = size.map(u64::from).iter().product::<u64>() / 8;
     let bits = plan.buffer("scene_cubes", bytes, format!("{} x {} x {} cubes, a bit each", size[0], size[1], size[2]));
-    let features = [("alpha_tested", scene.needs.alpha_tested), ("moving", scene.moving())];
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
     let indices = plan.scene_buffer("scene.indices", "its triangles");
-    let cut_outs = scene.needs.alpha_tested.then(|| {
-        ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"))
+    let alpha_tested = scene.needs.alpha_tested.then(|| {
+        let [materials, texels] =
+            ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"));
+        fill::AlphaTested { materials, texels }
     });
-    let objects = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let moving = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
     let rows = rows(resolution);
-    let mut pass = plan
-        .pass(Part::Technique, "scene_voxels", variant("scene_voxels/fill", &features))
-        .constants(&[("ROWS", f64::from(rows))])
-        .clear(bits)
-        .once(!scene.moving())
-        .bind("grid", grid)
-        .bind("vertices", vertices)
-        .bind("indices", indices)
-        .bind("cubes", bits)
-        .because(match scene.moving() {
-            true => "what stands between surfaces, on the screen or not",
-            false => "what stands between surfaces, on the screen or not; once, as nothing moves",
-        });
-    if let Some([materials, texels]) = cut_outs {
-        pass = pass.bind("materials", materials).bind("texels", texels);
-    }
-    if let Some(objects) = objects {
-        pass = pass.bind("objects", objects);
-    }
-    pass.over([scene.triangles.max(1), rows]);
+    let constants = fill::Constants { rows };
+    plan.pass(
+        Part::Technique,
+        "scene_voxels",
+        Fill { grid, vertices, indices, cubes: bits, alpha_tested, moving, constants },
+    )
+    .clear(bits)
+    .once(!scene.moving())
+    .because(match scene.moving() {
+        true => "what stands between surfaces, on the screen or not",
+        false => "what stands between surfaces, on the screen or not; once, as nothing moves",
+    })
+    .over([scene.triangles.max(1), rows]);
     SceneVoxels { grid, cubes: bits }
+}
+
+/// Whether some pass of the plan fills such a grid.
+pub fn has_scene_voxels(plan: &FramePlan) -> bool {
+    plan.passes.iter().any(|pass| pass.shader.file() == fill::FILE)
 }
 
 #[cfg(test)]

@@ -7,36 +7,58 @@ use crate::gi::{
     Finds, Inputs, Resolution, Storage, UpsamplingKernel,
     resolution::{Level, Upsampling, surfels_and_planes, to_display},
 };
-use halflight_frame_graph::{FramePlan, Part, PassBuilder, ResourceId, variant};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_shared_shaders::{
+    Call,
+    ambient::Ambient,
+    denoise::{self, Denoise},
+};
 
 /// What stands for no end of the radius, scene units: its square is a number, and no scene is as large.
 const FAR: f32 = 1e15;
 
 /// A gather along slices.
-pub struct SliceGather<'a> {
+pub struct SliceGather {
+    /// Name of the technique, for the reason of the pass.
     pub technique: &'static str,
-    pub shader: &'static str,
-    /// Features of the shader, in its order.
-    pub features: &'a [(&'static str, bool)],
-    pub constants: &'a [(&'static str, f64)],
+    /// What is found.
     pub finds: Finds,
     /// Scene units; 0 for unlimited.
     pub radius: f32,
+    /// Resolution of the gather.
     pub resolution: Resolution,
     /// Passes of the filter.
     pub denoise: u32,
+    /// Storage of light at full resolution.
     pub storage: Storage,
 }
 
-impl SliceGather<'_> {
-    /// Plans surfels, the gather, filter and upsampling; `bind` adds what only this technique's gather reads. Returns
-    /// light at full resolution; or leaves openness among the outputs, and returns the environment's light where the scene has
-    /// one.
+/// What the gather of each technique reads and writes.
+pub struct SliceInputs {
+    /// Surfaces of the texels.
+    pub surfels: ResourceId,
+    /// The same surfaces as planes.
+    pub planes: ResourceId,
+    /// Where light or openness goes.
+    pub gathered: ResourceId,
+    /// The scene's environment, where its light is found.
+    pub environment: Option<ResourceId>,
+    /// Whether light is packed into surfels.
+    pub packed: bool,
+    /// Width of a texel in full-resolution pixels.
+    pub scale: f32,
+    /// Scene units.
+    pub radius: f32,
+}
+
+impl SliceGather {
+    /// Plans surfels, the gather, filter and upsampling; `gather` is this technique's shader. Returns light at full
+    /// resolution; or leaves openness among the outputs, and returns the environment's light where the scene has one.
     pub fn plan(
         &self,
         plan: &mut FramePlan,
         inputs: &Inputs,
-        bind: impl for<'b> FnOnce(PassBuilder<'b>) -> PassBuilder<'b>,
+        gather: impl FnOnce(SliceInputs) -> Call<ResourceId>,
     ) -> Option<ResourceId> {
         let environment = environment_of(plan, inputs).filter(|_| self.finds == Finds::Light);
         let (level, planes) = surfels_and_planes(plan, inputs, 1 << self.resolution as u32);
@@ -50,22 +72,18 @@ impl SliceGather<'_> {
             (false, _) => (Format::R32Float, "openness along slices"),
         };
         let gathered = plan.texture("gathered", level.size, format, what);
-        let shader =
-            variant(self.shader, &[self.features, &[("ambient", environment.is_some()), ("packed", packed)]].concat());
-        let pass = plan
-            .pass(Part::Technique, "gather", shader)
-            .constants(self.constants)
-            .param("scale", level.scale as f32)
-            .param("radius", if self.radius > 0.0 { self.radius } else { FAR })
-            .bind("surfels", level.surfels)
-            .bind("planes", planes)
-            .bind("gathered", gathered)
-            .because(format!("{what}, {}", self.technique));
-        let pass = match environment {
-            Some(environment) => pass.bind("environment", environment),
-            None => pass,
-        };
-        bind(pass).over(tiled(level.size));
+        let call = gather(SliceInputs {
+            surfels: level.surfels,
+            planes,
+            gathered,
+            environment,
+            packed,
+            scale: level.scale as f32,
+            radius: if self.radius > 0.0 { self.radius } else { FAR },
+        });
+        plan.pass(Part::Technique, "gather", call)
+            .because(format!("{what}, {}", self.technique))
+            .over(tiled(level.size));
         let found = denoised(plan, level, gathered, self.denoise);
         let upsampling = Upsampling { kernel: UpsamplingKernel::Linear, storage: self.storage };
         if lit {
@@ -78,13 +96,8 @@ impl SliceGather<'_> {
             let size = plan.display_size;
             let indirect =
                 plan.texture("indirect", size, Format::Rgba32Float, "light from outside through what is open");
-            plan.pass(Part::Technique, "ambient", "ambient/ambient")
-                .bind("normal", inputs.normal)
-                .bind("ambient_occlusion", open)
-                .bind("environment", environment)
-                .bind("indirect", indirect)
-                .because("the scene has an environment")
-                .over(size);
+            let run = Ambient { normal: inputs.normal, ambient_occlusion: open, environment, indirect };
+            plan.pass(Part::Technique, "ambient", run).because("the scene has an environment").over(size);
             indirect
         })
     }
@@ -112,14 +125,15 @@ pub fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u
     (0..count).fold(noisy, |noisy, turn| {
         let spacing = 1u32 << turn;
         let smoothed = plan.texture(format!("denoised_{turn}"), level.size, format, "neighbours averaged");
-        let features = [("openness", openness), ("packed", packed)];
-        let pass = plan
-            .pass(Part::Technique, format!("denoise_{turn}"), variant("denoise/denoise", &features))
-            .param("scale", level.scale as f32)
-            .param("spacing", spacing)
-            .bind("surfels", if packed { noisy } else { level.surfels });
-        let pass = if packed { pass } else { pass.bind("noisy", noisy) };
-        pass.bind("smoothed", smoothed)
+        let run = Denoise {
+            surfels: if packed { noisy } else { level.surfels },
+            smoothed,
+            openness,
+            packed,
+            noisy: (!packed).then_some(noisy),
+            params: denoise::Params { scale: level.scale as f32, spacing },
+        };
+        plan.pass(Part::Technique, format!("denoise_{turn}"), run)
             .because(format!("few samples leave noise: taps {spacing} apart"))
             .over(level.size);
         smoothed

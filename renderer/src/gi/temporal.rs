@@ -2,8 +2,9 @@
 
 use wgpu::TextureFormat as Format;
 
-use crate::gi::Inputs;
-use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use crate::gi::{Inputs, MotionInputs};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_shared_shaders::temporal::{self, Temporal};
 
 /// What of an old image is left, at most, when a still picture begins to average without end.
 const SETTLED: f32 = 1.0 / 256.0;
@@ -58,25 +59,23 @@ fn filter(
     let history =
         plan.history(&format!("history{of}"), size, Format::Rgba32Uint, "light and surfaces that the filter remembers");
     let filtered = plan.texture(format!("filtered{of}"), size, format, "indirect light, averaged over frames");
-    let features = [("moving", inputs.motion.is_some()), ("float16", half), ("glossy", material.is_some())];
-    let materials = material.map(|_| plan.scene_buffer("scene.materials", "glossy materials"));
-    let mut pass = plan
-        .pass(Part::Technique, format!("temporal{of}"), variant("temporal/temporal", &features))
-        .param("a", a)
-        .param("settle_frames", frames_until(a, SETTLED).ceil() as u32)
-        .bind("depth", inputs.depth)
-        .bind("normal", inputs.normal)
-        .bind("indirect", light)
-        .bind("history_before", history.before)
-        .bind("history", history.now)
-        .bind("filtered", filtered)
-        .because(format!("temporal_a = {a}: half of an old image is gone after {:.1} frames", frames_until(a, 0.5)));
-    if let Some(motion) = inputs.motion {
-        pass = pass.bind("object", motion.object).bind("objects", motion.objects);
-    }
-    if let (Some(material), Some(materials)) = (material, materials) {
-        pass = pass.bind("material", material).bind("materials", materials);
-    }
-    pass.over(size);
+    let run = Temporal {
+        depth: inputs.depth,
+        normal: inputs.normal,
+        indirect: light,
+        history_before: history.before,
+        history: history.now,
+        filtered,
+        float16: half,
+        moving: inputs.motion.map(|MotionInputs { object, objects }| temporal::Moving { object, objects }),
+        glossy: material.map(|material| temporal::Glossy {
+            material,
+            materials: plan.scene_buffer("scene.materials", "glossy materials"),
+        }),
+        params: temporal::Params { a, settle_frames: frames_until(a, SETTLED).ceil() as u32 },
+    };
+    plan.pass(Part::Technique, format!("temporal{of}"), run)
+        .because(format!("temporal_a = {a}: half of an old image is gone after {:.1} frames", frames_until(a, 0.5)))
+        .over(size);
     filtered
 }

@@ -5,9 +5,10 @@ use wgpu::TextureFormat as Format;
 
 use crate::{
     gi::{Inputs, rsm::LightMaps},
-    scene::shadow::ShadowLayer,
+    scene::{ShadowLayer, light_view},
 };
-use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_shared_shaders::translucency;
 
 /// The sum over the lights' views, as it is planned.
 pub struct Translucency<'a> {
@@ -18,6 +19,7 @@ pub struct Translucency<'a> {
 }
 
 impl<'a> Translucency<'a> {
+    /// A sum of nothing so far; it stays so where no material is translucent or `wanted` is false.
     pub fn new(inputs: &'a Inputs<'a>, wanted: bool) -> Self {
         let translucent = wanted && inputs.scene.is_some_and(|scene| scene.needs.translucent);
         Self { inputs, material: inputs.material.filter(|_| translucent), sum: None }
@@ -32,23 +34,20 @@ impl<'a> Translucency<'a> {
         let sum = plan.texture_again(name, size, Format::Rgba32Float, "light that passes translucent surfaces");
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
         let lights = plan.scene_buffer("scene.lights", "the scene's lights");
-        let shader = variant("translucency/translucency", &[("further", self.sum.is_some())]);
-        let mut pass = plan
-            .pass(Part::Technique, format!("translucency_{index}"), shader)
-            .param("world_to_clip", view.world_to_clip)
-            .param("light", view.light)
-            .bind("depth", self.inputs.depth)
-            .bind("normal", self.inputs.normal)
-            .bind("material", material)
-            .bind("materials", materials)
-            .bind("lights", lights)
-            .bind("place", maps.place)
-            .bind("transmitted", sum)
-            .because("some materials let light through");
-        if let Some(before) = self.sum {
-            pass = pass.bind("partial_sum", before);
-        }
-        pass.over(size);
+        let run = translucency::Translucency {
+            light_view: light_view(plan, index, view),
+            depth: self.inputs.depth,
+            normal: self.inputs.normal,
+            material,
+            materials,
+            lights,
+            place: maps.place,
+            transmitted: sum,
+            further: self.sum,
+        };
+        plan.pass(Part::Technique, format!("translucency_{index}"), run)
+            .because("some materials let light through")
+            .over(size);
         self.sum = Some(sum);
     }
 

@@ -229,6 +229,8 @@ impl Provider for SceneBuffers {
 
 /// Names of the scene's triangles in plans.
 pub mod triangles {
+    use halflight_shared_shaders::Shader;
+
     /// All of them.
     pub const ALL: &str = "all";
     /// Of meshes that enclose solid matter.
@@ -248,17 +250,17 @@ pub mod triangles {
 
     /// All triangles, those that are not alpha-masked by a shader that does not test alpha: a fragment that may be discarded
     /// costs several times what depth alone costs. `None` stands for the pass's own shader.
-    pub fn by_alpha(alpha_tested: bool, opaque: impl FnOnce() -> String) -> Vec<(&'static str, Option<String>)> {
-        if alpha_tested { vec![(OPAQUE, Some(opaque())), (ALPHA_TESTED, None)] } else { vec![(ALL, None)] }
+    pub fn by_alpha(alpha_tested: bool, opaque: &'static Shader) -> Vec<(&'static str, Option<&'static Shader>)> {
+        if alpha_tested { vec![(OPAQUE, Some(opaque)), (ALPHA_TESTED, None)] } else { vec![(ALL, None)] }
     }
 
     /// As [`by_alpha`], of numbered triangles.
     pub fn numbered_by_alpha(
         alpha_tested: bool,
-        opaque: impl FnOnce() -> String,
-    ) -> Vec<(&'static str, Option<String>)> {
+        opaque: &'static Shader,
+    ) -> Vec<(&'static str, Option<&'static Shader>)> {
         if alpha_tested {
-            vec![(NUMBERED_OPAQUE, Some(opaque())), (NUMBERED_ALPHA_TESTED, None)]
+            vec![(NUMBERED_OPAQUE, Some(opaque)), (NUMBERED_ALPHA_TESTED, None)]
         } else {
             vec![(NUMBERED, None)]
         }

@@ -25,6 +25,9 @@ pub struct SceneFacts {
     pub bounds: [[f32; 3]; 2],
     /// Number of triangles.
     pub triangles: u32,
+    /// Leave in the lights' views only those surfaces that the camera sees; to tell an error of light from the screen from one
+    /// of light from elsewhere.
+    pub only_seen_surfaces_send: bool,
     /// Triangles that emit light and send it on.
     pub emitters: Vec<EmittingTriangle>,
 }
@@ -45,7 +48,17 @@ impl SceneFacts {
         let extra_cameras = scene.extra_cameras.clone();
         let triangles = scene.triangle_count() as u32;
         let emitters = emitting_triangles(scene);
-        Self { needs, shadow_layers, receive_only, extra_cameras, near, bounds, triangles, emitters }
+        Self {
+            needs,
+            shadow_layers,
+            receive_only,
+            extra_cameras,
+            near,
+            bounds,
+            triangles,
+            only_seen_surfaces_send: false,
+            emitters,
+        }
     }
 
     /// Whether some mesh moves.

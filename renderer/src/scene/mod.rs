@@ -3,12 +3,14 @@
 mod buffers;
 mod emitters;
 mod facts;
+mod light_views;
 mod motion;
 pub(crate) mod shadow;
 
 pub use buffers::{SceneBuffers, triangles};
 pub use emitters::EmittingTriangle;
 pub use facts::SceneFacts;
+pub use light_views::{light_projections, light_view, shadow_entries};
 pub use motion::SceneMotion;
 pub use shadow::ShadowLayer;
 

@@ -1,18 +1,14 @@
 //! A moving scene on a device: what each frame has to write before it is recorded.
 
 use glam::{Mat4, Vec3};
+use halflight_frame_graph::{CompiledGraph, Continuity, Gpu, View};
 use halflight_scenes::Scene;
 
-use crate::{
-    frame::shadow_entries,
-    gi::rsm::light_projections,
-    scene::{
-        SceneBuffers,
-        buffers::{Object, lights},
-        shadow::{shadow_bounds, shadow_layers},
-    },
+use super::{
+    buffers::{Object, SceneBuffers, lights},
+    light_views,
+    shadow::{shadow_bounds, shadow_layers},
 };
-use halflight_frame_graph::{CompiledGraph, Continuity, Gpu, ResourceKind, View};
 
 /// The moving parts of a scene that was uploaded.
 pub struct SceneMotion<'a> {
@@ -47,12 +43,12 @@ impl<'a> SceneMotion<'a> {
         };
     }
 
-    /// Writes where everything is at `view.frame`, for a recording of the scene's plan that records this view next.
-    pub fn write(&self, gpu: &Gpu, recording: &CompiledGraph, view: &View) {
+    /// Writes where everything is at `view.frame`, for a graph of the scene's plan that records this view next.
+    pub fn write(&self, gpu: &Gpu, graph: &CompiledGraph, view: &View) {
         let pose = self.scene.pose(view.frame);
         if let Some(buffer) = &self.objects {
             // Where the frame before is not reused, any pose of it will do.
-            let before = recording.last_view().filter(|before| view.continues(before)).unwrap_or(*view);
+            let before = graph.last_view().filter(|before| view.continues(before)).unwrap_or(*view);
             let then = self.scene.pose(before.frame);
             let still = [Mat4::IDENTITY; 2];
             let pairs = [still].into_iter().chain(pose.objects.iter().zip(&then.objects).map(|(&a, &b)| [a, b]));
@@ -64,25 +60,6 @@ impl<'a> SceneMotion<'a> {
         let Some(buffer) = &self.lights else { return };
         gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&lights(&pose.lights)));
         let layers = shadow_layers(&pose.lights, self.bounds);
-        let size_of = |name: &str| match recording.plan().resources.iter().find(|resource| resource.name == name)?.kind
-        {
-            ResourceKind::Texture { size, .. } => Some(size),
-            _ => None,
-        };
-        for (index, layer) in layers.iter().enumerate() {
-            let values = [("world_to_clip", layer.world_to_clip.into())];
-            for pass in ["shadow", "light_view", "rsm", "specular", "occlusion", "translucency"] {
-                recording.write_params(gpu, &format!("{pass}_{index}"), &values);
-            }
-            if let Some([size, _]) = size_of("light_view_place") {
-                let width = layer.width / size as f32;
-                let values = [values[0].clone(), ("texel_width", width.into())];
-                recording.write_params(gpu, &format!("lit_surfaces_{index}"), &values);
-            }
-        }
-        recording.write_data(gpu, "light_projections", &light_projections(&layers));
-        if let Some([map_size, _]) = size_of("shadow_maps") {
-            recording.write_data(gpu, "shadow_layers", &shadow_entries(&layers, map_size));
-        }
+        graph.write_changed(gpu, |handle| light_views::contents(handle, &layers));
     }
 }

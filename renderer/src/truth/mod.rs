@@ -13,6 +13,8 @@
 //! are `receive_only` show what they receive and send nothing to other surfaces. Mirror lobes (Ks, Ns) count in `glossy`
 //! alone, at the surface that the eye sees.
 
+use halflight_shared_shaders::truth::path_trace;
+
 mod bvh;
 mod request;
 mod state;
@@ -31,5 +33,5 @@ pub struct TruthError(pub String);
 
 /// The linked shader, for the hash of a trace's inputs.
 pub fn shader_source() -> &'static str {
-    halflight_frame_graph::gpu::known_shader("truth/path_trace").source
+    path_trace::Features::default().shader().source
 }

@@ -3,6 +3,8 @@
 use halflight_scenes::Camera;
 use serde::{Deserialize, Serialize};
 
+use halflight_shared_shaders::truth::path_trace;
+
 use super::TruthError;
 
 /// What is asked of the path tracer. Depth, normal, albedo, position and `direct` always come along: they cost one ray
@@ -128,16 +130,21 @@ impl Layout {
         Self { words, bounce1: bounce1.filter(|_| request.bounce1), indirect, on_screen, glossy, occlusion }
     }
 
-    /// Constants of the pipeline. Where `bounce1` shares its words with `indirect`, the shader writes them once.
-    pub(super) fn constants(&self) -> [(&'static str, f64); 6] {
-        let place = |at: Option<u32>| at.unwrap_or(0).into();
-        [
-            ("SUM_WORDS", self.words.into()),
-            ("BOUNCE1", place(self.bounce1.filter(|_| self.bounce1 != self.indirect))),
-            ("INDIRECT", place(self.indirect)),
-            ("ON_SCREEN", place(self.on_screen)),
-            ("GLOSSY", place(self.glossy)),
-            ("OCCLUSION", place(self.occlusion)),
-        ]
+    /// Constants of the pipeline, for a scene that needs nothing special. Where `bounce1` shares its words with
+    /// `indirect`, the shader writes them once.
+    pub(super) fn constants(&self, bounces: u32) -> path_trace::Constants {
+        let place = |at: Option<u32>| at.unwrap_or(0);
+        path_trace::Constants {
+            sum_words: self.words,
+            bounce1: place(self.bounce1.filter(|_| self.bounce1 != self.indirect)),
+            indirect: place(self.indirect),
+            on_screen: place(self.on_screen),
+            glossy: place(self.glossy),
+            occlusion: place(self.occlusion),
+            bounces,
+            environment: false,
+            translucent: false,
+            holes: false,
+        }
     }
 }

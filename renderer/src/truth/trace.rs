@@ -8,14 +8,13 @@ use std::{
     time::Duration,
 };
 
-use halflight_shared_shaders::{BindingKind, EntryPoint, Shader};
+use halflight_frame_graph::{Gpu, uniform};
+use halflight_shared_shaders::{
+    BindingKind, Call, EntryPoint,
+    truth::path_trace::{self, PathTrace},
+};
 
 use super::{Request, State, Stop, Tracer, Truth, TruthError, request::Layout, state::PrimarySurface};
-use halflight_frame_graph::{
-    Gpu,
-    gpu::known_shader,
-    uniform::{self, UniformValue},
-};
 
 /// Time that one batch should take: short enough for a browser's watchdog and for a progress bar.
 const BATCH: Duration = Duration::from_millis(100);
@@ -37,7 +36,7 @@ pub struct Trace {
     uniform: wgpu::Buffer,
     surfaces: wgpu::Buffer,
     sums: wgpu::Buffer,
-    constants: Vec<(&'static str, UniformValue)>,
+    params: path_trace::Params,
     scale: f32,
     /// Samples that every pixel has.
     samples: u32,
@@ -112,37 +111,55 @@ impl Trace {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let shader = known_shader("truth/path_trace");
-        let mut constants: Vec<_> = layout.constants().into();
-        constants.push(("BOUNCES", request.path_bounces().into()));
-        constants.push(("HOLES", f64::from(u8::from(tracer.has_holes))));
-        constants.push(("TRANSLUCENT", f64::from(u8::from(tracer.has_translucency))));
-        constants.push(("ENVIRONMENT", f64::from(u8::from(tracer.has_environment))));
-        let stage = |name| Stage::new(gpu, tracer, shader, name, &constants, [&uniform, &surfaces, &sums]);
+        let constants = path_trace::Constants {
+            holes: tracer.has_holes,
+            translucent: tracer.has_translucency,
+            environment: tracer.has_environment,
+            ..layout.constants(request.path_bounces())
+        };
         let view = request.camera.view_matrix();
         let [width, height] = request.size;
         let radius = request.ambient_occlusion.filter(|&radius| radius > 0.0).unwrap_or(FAR);
-        let constants = vec![
-            ("world_to_view", view.into()),
-            ("view_to_world", view.inverse().into()),
-            ("tan_half_fov", request.camera.tan_half_fov(width, height).into()),
-            ("width", width.into()),
-            ("height", height.into()),
-            ("seed", request.seed.into()),
-            ("light_count", tracer.light_count.into()),
-            ("scene_radius", tracer.scene_radius.into()),
-            ("radiance_scale", tracer.radiance_scale.into()),
-            ("occlusion_radius", radius.into()),
-        ];
+        let params = path_trace::Params {
+            world_to_view: view.to_cols_array_2d(),
+            view_to_world: view.inverse().to_cols_array_2d(),
+            tan_half_fov: request.camera.tan_half_fov(width, height),
+            width,
+            height,
+            first_block: 0,
+            block_count: 0,
+            first_sample: 0,
+            sample_count: 0,
+            seed: request.seed,
+            light_count: tracer.light_count,
+            scene_radius: tracer.scene_radius,
+            radiance_scale: tracer.radiance_scale,
+            occlusion_radius: radius,
+        };
+        let call = Call::from(PathTrace {
+            nodes: wgpu::BindingResource::TextureView(&tracer.nodes),
+            triangles: wgpu::BindingResource::TextureView(&tracer.triangles),
+            attributes: wgpu::BindingResource::TextureView(&tracer.attributes),
+            materials: tracer.materials.as_entire_binding(),
+            texels: tracer.texels.as_entire_binding(),
+            lights: tracer.lights.as_entire_binding(),
+            environment: tracer.environment.as_entire_binding(),
+            surfaces: surfaces.as_entire_binding(),
+            sums: sums.as_entire_binding(),
+            params,
+            constants,
+        });
+        let stage = |name| Stage::new(gpu, &call, name, &uniform);
+        let (primary, paths) = (stage("primary"), stage("paths"));
         let mut trace = Self {
-            primary: stage("primary"),
-            paths: stage("paths"),
+            primary,
+            paths,
             request: request.clone(),
             stop,
             uniform,
             surfaces,
             sums,
-            constants,
+            params,
             scale: tracer.radiance_scale,
             samples: 0,
             seen: false,
@@ -168,18 +185,14 @@ impl Trace {
         }
         let count = (self.batch / self.pass_samples).clamp(1, blocks - self.next_block);
         let stage = if self.seen { &self.paths } else { &self.primary };
-        let values: Vec<_> = self
-            .constants
-            .iter()
-            .cloned()
-            .chain([
-                ("first_block", self.next_block.into()),
-                ("block_count", count.into()),
-                ("first_sample", self.samples.into()),
-                ("sample_count", self.pass_samples.into()),
-            ])
-            .collect();
-        gpu.queue.write_buffer(&self.uniform, 0, &stage.pack(&values));
+        let params = path_trace::Params {
+            first_block: self.next_block,
+            block_count: count,
+            first_sample: self.samples,
+            sample_count: self.pass_samples,
+            ..self.params
+        };
+        gpu.queue.write_buffer(&self.uniform, 0, &stage.pack(&params));
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         {
             let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -282,35 +295,18 @@ impl Trace {
 }
 
 impl Stage {
-    fn new(
-        gpu: &Gpu,
-        tracer: &Tracer,
-        shader: &'static Shader,
-        name: &str,
-        constants: &[(&str, f64)],
-        [uniform, surfaces, sums]: [&wgpu::Buffer; 3],
-    ) -> Self {
+    fn new(gpu: &Gpu, call: &Call<wgpu::BindingResource>, name: &str, uniform: &wgpu::Buffer) -> Self {
+        let shader = call.shader;
         let entry = shader.entry_point(name).unwrap_or_else(|| panic!("{} has no entry point {name}", shader.name));
-        let pipeline = gpu.compute_pipeline(shader, entry, constants);
+        let pipeline = gpu.compute_pipeline(shader, entry, &call.constants);
+        let resource = |name: &str| {
+            let given = call.bindings.iter().find(|(binding, _)| *binding == name);
+            given.map_or_else(|| uniform.as_entire_binding(), |(_, resource)| resource.clone())
+        };
         let entries: Vec<_> = entry
             .bindings
             .iter()
-            .map(|binding| wgpu::BindGroupEntry {
-                binding: binding.index,
-                // Names of an imported module carry its path.
-                resource: match binding.name.rsplit('_').next().unwrap_or_default() {
-                    "nodes" => wgpu::BindingResource::TextureView(&tracer.nodes),
-                    "triangles" => wgpu::BindingResource::TextureView(&tracer.triangles),
-                    "attributes" => wgpu::BindingResource::TextureView(&tracer.attributes),
-                    "materials" => tracer.materials.as_entire_binding(),
-                    "texels" => tracer.texels.as_entire_binding(),
-                    "lights" => tracer.lights.as_entire_binding(),
-                    "environment" => tracer.environment.as_entire_binding(),
-                    "surfaces" => surfaces.as_entire_binding(),
-                    "sums" => sums.as_entire_binding(),
-                    _ => uniform.as_entire_binding(),
-                },
-            })
+            .map(|binding| wgpu::BindGroupEntry { binding: binding.index, resource: resource(binding.name) })
             .collect();
         let bindings = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("truth"),
@@ -320,9 +316,10 @@ impl Stage {
         Self { entry, pipeline, bindings }
     }
 
-    fn pack(&self, values: &[(&str, UniformValue)]) -> Vec<u8> {
+    fn pack(&self, params: &path_trace::Params) -> Vec<u8> {
+        let values = params.values();
         let block = self.entry.bindings.iter().find_map(|binding| match binding.kind {
-            BindingKind::Uniform { size, members } => Some(uniform::pack(size, members, values, "truth.job")),
+            BindingKind::Uniform { size, members } => Some(uniform::pack(size, members, &values, "truth")),
             _ => None,
         });
         block.unwrap_or_default()

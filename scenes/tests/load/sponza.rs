@@ -1,6 +1,7 @@
 //! The Sponza model, which the repository does not contain. To run the test:
 //!
 //!     HALFLIGHT_SPONZA=path/to/sponza.obj cargo test -p halflight-scenes -- --ignored sponza
+#![allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 
 use std::path::Path;
 

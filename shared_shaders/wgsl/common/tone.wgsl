@@ -1,5 +1,5 @@
 // From linear radiance to display values, and small helpers of the shaders that show a texture. Twin of
-// `renderer/src/tone.rs`, where the curve is explained; a test compares the two.
+// `metrics/src/tone.rs`, where the curve is explained; a test compares the two.
 import package::scan::tally::kinds;
 
 /// Display-linear value up to which the picture is exactly proportional to radiance.

@@ -1,9 +1,8 @@
-// variants: visibility, glossy, pairs, near
+// variants: visibility, glossy, near
 // Indirect light that each texel of one level receives from a ring around it (Soler 2009, section 3.2).
 // With `glossy`, what it sends on in its mirror direction towards the eye, for each unit of Ks (2010, section 4).
 // With `visibility`, only from what the voxel grid does not hide (2010). With `near`, only from what is closer than a border:
-// the rest comes from the lights' views. `pairs` is for tests: it answers for given
-// pairs of texels whether one sees the other, and no frame has it.
+// the rest comes from the lights' views.
 @if(visibility) import package::common::math::largest;
 import package::common::math::spread2;
 import package::common::view::{View, SKY_DEPTH};
@@ -42,13 +41,9 @@ struct Params {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
-@if(!(pairs && visibility)) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(visibility) @group(0) @binding(4) var<storage, read> depth_range: array<u32>;
 @if(visibility) @group(0) @binding(5) var voxels: texture_2d_array<u32>;
-// Texels of receiver and source; answers are 1 where the source is seen.
-@if(pairs && visibility) @group(0) @binding(6) var<storage, read> pairs: array<vec4u>;
-@if(pairs && visibility) @group(0) @binding(7) var answers: texture_storage_2d<r32float, write>;
-
 @if(glossy) @group(0) @binding(8) var material: texture_2d<u32>;
 @if(glossy) @group(0) @binding(9) var<storage, read> materials: array<Material>;
 
@@ -150,21 +145,6 @@ fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
         march.crossing += select(vec2f(0.0, march.spacing.y), vec2f(march.spacing.x, 0.0), along_x);
     }
     return blockers == 0u;
-}
-
-@if(pairs && visibility)
-@compute @workgroup_size(64)
-fn answer_pairs(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= arrayLength(&pairs) {
-        return;
-    }
-    let pair = pairs[id.x];
-    let receiver = textureLoad(surfels, pair.xy, 0);
-    let source = textureLoad(surfels, pair.zw, 0);
-    let unit = 1.0 / surfel_depth(receiver);
-    let slices = slices_of_range(depth_range[0], depth_range[1]);
-    let seen = sees(end_at(receiver, vec2f(pair.xy), unit), end_at(source, vec2f(pair.zw), unit), slices, unit);
-    textureStore(answers, vec2u(id.x, 0u), vec4f(f32(seen)));
 }
 
 // What is the same for all samples of a receiver. Lengths are counted in the receiver's depth, so world units cannot
@@ -296,7 +276,6 @@ fn draw_sample(draw: Draw, i: u32) -> vec3f {
     return vec3f(cos(angle) * even, sin(angle) * even, 1.0);
 }
 
-@if(!(pairs && visibility))
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
     let size = textureDimensions(surfels);

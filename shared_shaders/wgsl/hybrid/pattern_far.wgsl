@@ -11,13 +11,13 @@ import package::common::view::{View, SKY_DEPTH};
 @if(published) import package::hybrid::equation_3::equation_3;
 @if(!published) import package::hybrid::pattern::{Pattern, sample_area};
 import package::light_views::light_surface::unpack_light;
+import package::light_views::light_view::LightView;
 @if(!published) import package::light_views::projection::{source_of, light_ray, area_across};
 @if(!published) import package::light_views::transfer::transfer;
 @if(visibility) import package::scene_voxels::candidates::{Candidates, with_candidate, next_choice};
 @if(visibility) import package::scene_voxels::sees::{RayEnd, ray_end, sees};
 
 struct Params {
-    world_to_clip: mat4x4f,
     // Width of a texel in full-resolution pixels.
     scale: f32,
     // Of the small and of the large hemisphere, scene units.
@@ -27,12 +27,11 @@ struct Params {
     // Brightness of a sample of the `published` weighting: its intensity over the samples of all patterns (Equations 2
     // and 5).
     weight: f32,
-    // Stream of random numbers: the light. All faces around a point light project the same points.
-    light: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(14) var<uniform> light_view: LightView;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var place: texture_2d<f32>;
 @group(0) @binding(4) var light: texture_2d<u32>;
@@ -72,17 +71,18 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
         let normal = normalize((view.view_to_world * vec4f(surfel_normal(own), 0.0)).xyz);
         let size = vec2f(textureDimensions(place));
-        let random = spread2(id.xy, view.frame, STREAM + params.light, view.seed, false);
+        // All faces around a point light project the same points.
+        let random = spread2(id.xy, view.frame, STREAM + light_view.light, view.seed, false);
         let inner = params.inner / params.outer;
-        @if(!published) let source = source_of(params.world_to_clip);
+        @if(!published) let source = source_of(light_view.world_to_clip);
         @if(visibility) let here = ray_end(position, normal);
-        @if(visibility) let stream = VISIBILITY_STREAM + params.light;
+        @if(visibility) let stream = VISIBILITY_STREAM + light_view.light;
         @if(visibility) var candidates =
             Candidates(0.0, 0u, spread2(id.xy, view.frame, stream, view.seed, false).x);
         for (var i = 0u; i < params.samples; i++) {
             let offset = shell_point(normal, inner, i, params.samples, random);
             let point = position + params.outer * offset;
-            let clip = params.world_to_clip * vec4f(point, 1.0);
+            let clip = light_view.world_to_clip * vec4f(point, 1.0);
             // Behind a spot light or a face of a cube the map shows nothing.
             let texel = (clip.xy / max(clip.w, 1e-30) * vec2f(0.5, -0.5) + 0.5) * size;
             let inside = clip.w > 0.0 && all(texel >= vec2f(0.0)) && all(texel < size);
@@ -99,7 +99,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 let inverse = select(0.0, params.outer / ray.distance, ray.distance > 0.0);
                 let pattern = Pattern(normal, inner, params.outer);
                 let area = sample_area(pattern, offset, ray.direction, inverse, params.samples);
-                let texels = area / max(area_across(params.world_to_clip, ray, size.x), 1e-36);
+                let texels = area / max(area_across(light_view.world_to_clip, ray, size.x), 1e-36);
                 // None stands for more than all of the map.
                 factor = transfer(position, normal, surface) * min(texels, size.x * size.y);
             }

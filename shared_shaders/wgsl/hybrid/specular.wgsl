@@ -9,11 +9,11 @@ import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::hybrid::mirror_map::{NOTHING, unpack_pixel};
 import package::hybrid::reflected::reflected;
 @if(lights) import package::light_views::light_surface::{LightSurface, unpack_light};
+@if(lights) import package::light_views::light_view::LightView;
 @if(lights) import package::light_views::projection::{source_of, light_ray, area_across};
 @if(lights && visibility) import package::scene_voxels::sees::{ray_end, sees};
 
 struct Params {
-    @if(lights) world_to_clip: mat4x4f,
     // Most texels of the light's view between two steps.
     stride: f32,
     // How far a ray is followed, scene units.
@@ -22,6 +22,7 @@ struct Params {
 
 @group(0) @binding(0) var<uniform> view: View;
 @if(lights) @group(0) @binding(1) var<uniform> params: Params;
+@if(lights) @group(0) @binding(14) var<uniform> light_view: LightView;
 @group(0) @binding(2) var depth: texture_2d<f32>;
 @group(0) @binding(3) var normal: texture_2d<f32>;
 @group(0) @binding(4) var material: texture_2d<u32>;
@@ -62,7 +63,7 @@ struct Seen {
 @if(lights)
 fn seen_at(source: vec4f, point: vec3f) -> Seen {
     let size = vec2f(textureDimensions(place));
-    let clip = params.world_to_clip * vec4f(point, 1.0);
+    let clip = light_view.world_to_clip * vec4f(point, 1.0);
     let uv = clip.xy / max(clip.w, 1e-30) * vec2f(0.5, -0.5) + 0.5;
     let at = vec2i(clamp(floor(uv * size), vec2f(0.0), size - 1.0));
     let surface = unpack_light(textureLoad(place, at, 0).xyz, textureLoad(light, at, 0));
@@ -70,7 +71,7 @@ fn seen_at(source: vec4f, point: vec3f) -> Seen {
     // To the surface's plane; it faces the light.
     let height = dot(surface.normal, point - surface.position);
     let behind = -height / max(-dot(surface.normal, ray.direction), MIN_COS_BETA);
-    let texel = sqrt(max(area_across(params.world_to_clip, ray, size.x), 0.0));
+    let texel = sqrt(max(area_across(light_view.world_to_clip, ray, size.x), 0.0));
     return Seen(surface, select(-params.reach, behind, surface.area > 0.0), texel);
 }
 
@@ -105,13 +106,13 @@ fn within_view(start: vec4f, direction: vec4f) -> vec2f {
 /// before that.
 @if(lights)
 fn march(position: vec3f, normal: vec3f, mirror: vec3f) -> vec4f {
-    let source = source_of(params.world_to_clip);
+    let source = source_of(light_view.world_to_clip);
     let size = f32(textureDimensions(place).x);
-    let width = sqrt(max(area_across(params.world_to_clip, light_ray(source, position), size), 0.0));
+    let width = sqrt(max(area_across(light_view.world_to_clip, light_ray(source, position), size), 0.0));
     // In the shade or behind the light there is nothing to stay clear of.
     let start = position + START * width * normal;
-    let origin = params.world_to_clip * vec4f(start, 1.0);
-    let along = params.world_to_clip * vec4f(mirror, 0.0);
+    let origin = light_view.world_to_clip * vec4f(start, 1.0);
+    let along = light_view.world_to_clip * vec4f(mirror, 0.0);
     let range = within_view(origin, along);
     if range.x >= range.y {
         return vec4f(0.0);

@@ -10,16 +10,9 @@ import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vert
 @if(textured) import package::common::scene_textures::sample_texture;
 @if(seen) import package::common::view::{View, pixel_of, view_position};
 import package::light_views::light_surface::pack_light;
+import package::light_views::light_view::LightView;
 
-struct Params {
-    world_to_clip: mat4x4f,
-    // Index of the light.
-    light: u32,
-    // Width of a texel: scene units (directional), or for each unit of distance along the map's axis.
-    texel_width: f32,
-}
-
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> light_view: LightView;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> indices: array<u32>;
 @group(0) @binding(3) var<storage, read> materials: array<Material>;
@@ -57,7 +50,7 @@ fn corner(index: u32) -> Corner {
         world = to_world * world;
         normal = normalize(transform_normal(to_world, normal));
     }
-    return Corner(world.xyz, normal, source.uv, (params.world_to_clip * world).xyw);
+    return Corner(world.xyz, normal, source.uv, (light_view.world_to_clip * world).xyw);
 }
 
 fn cross_2d(a: vec2f, b: vec2f) -> f32 {
@@ -123,7 +116,7 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     @if(receive_only) {
         albedo *= f32(1u - receive_only[material_index]);
     }
-    let source = lights[params.light];
+    let source = lights[light_view.light];
     let incidence = light_incidence(source, position);
     // Where opposite normals cancel, the triangle's own plane; surfaces are two-sided: the normal is that of the lit side.
     var normal = mat3x3f(a.normal, b.normal, c.normal) * weights;
@@ -137,7 +130,9 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     let irradiance = min(incidence.irradiance, vec3f(LARGEST_RADIANCE)) * cosine;
     // The texel's area across its ray, then along the surface. Near the edge of what a light sees shading normals are
     // off by more than the bound, as in a camera's view.
-    var across = params.texel_width * params.texel_width;
+    // Width of a texel: scene units (directional), or for each unit of distance along the map's axis.
+    let texel_width = light_view.width / f32(textureDimensions(place).x);
+    var across = texel_width * texel_width;
     if source.kind != LIGHT_DIRECTIONAL {
         // Seen by a pinhole: the texel's solid angle shrinks with the cube of the cosine to the map's axis, the square
         // of the distance grows with its inverse square.

@@ -6,10 +6,10 @@ import package::common::math::{PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
 import package::light_views::light_surface::{LightSurface, unpack_light};
+import package::light_views::light_view::LightView;
 import package::light_views::transfer::transfer;
 
 struct Params {
-    world_to_clip: mat4x4f,
     // Width of a texel in full-resolution pixels.
     scale: f32,
     // Largest distance of a sample in the map, widths of the map.
@@ -22,6 +22,7 @@ struct Params {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(7) var<uniform> light_view: LightView;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var place: texture_2d<f32>;
 @group(0) @binding(4) var light: texture_2d<u32>;
@@ -45,7 +46,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     @if(further) { sum = textureLoad(partial_sum, id.xy, 0).rgb; }
     let in_view = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
     let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
-    let clip = params.world_to_clip * vec4f(position, 1.0);
+    let clip = light_view.world_to_clip * vec4f(position, 1.0);
     // Behind a spot light or a face of a cube the map shows nothing.
     if surfel_depth(own) > SKY_DEPTH && clip.w > 0.0 {
         let normal = normalize((view.view_to_world * vec4f(surfel_normal(own), 0.0)).xyz);

@@ -4,12 +4,9 @@ import package::common::scene::Vertex;
 @if(alpha_tested) import package::common::scene::Material;
 @if(moving) import package::common::scene::Object;
 @if(alpha_tested) import package::common::scene_textures::is_hole;
+import package::light_views::light_view::LightView;
 
-struct Params {
-    world_to_clip: mat4x4f,
-}
-
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> light_view: LightView;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @if(alpha_tested) @group(0) @binding(2) var<storage, read> materials: array<Material>;
 @if(moving) @group(0) @binding(3) var<storage, read> objects: array<Object>;
@@ -36,7 +33,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
     @if(moving) {
         world = objects[source.object].to_world * world;
     }
-    out.clip = params.world_to_clip * world;
+    out.clip = light_view.world_to_clip * world;
     @if(alpha_tested) {
         out.uv = source.uv;
         out.material = source.material;

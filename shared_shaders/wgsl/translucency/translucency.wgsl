@@ -5,15 +5,10 @@
 import package::common::math::{LARGEST_RADIANCE, PI};
 import package::common::scene::{Material, Light, light_incidence};
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
-
-struct Params {
-    world_to_clip: mat4x4f,
-    // Index of the light.
-    light: u32,
-}
+import package::light_views::light_view::LightView;
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(1) var<uniform> light_view: LightView;
 @group(0) @binding(2) var depth: texture_2d<f32>;
 @group(0) @binding(3) var normal: texture_2d<f32>;
 @group(0) @binding(4) var material: texture_2d<u32>;
@@ -39,10 +34,10 @@ fn transmit(@builtin(global_invocation_id) id: vec3u) {
         let in_view = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
         let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
         let n = normalize((view.view_to_world * vec4f(textureLoad(normal, id.xy, 0).xyz, 0.0)).xyz);
-        let light = lights[params.light];
+        let light = lights[light_view.light];
         let incidence = light_incidence(light, position);
         let cosine = -dot(n, incidence.direction);
-        let clip = params.world_to_clip * vec4f(position, 1.0);
+        let clip = light_view.world_to_clip * vec4f(position, 1.0);
         let ndc = clip.xy / max(clip.w, 1e-30);
         let border = select(1.0, 1.0 / FACE, light.shadow_faces == 6u);
         if cosine > 0.0 && clip.w > 0.0 && all(abs(ndc) <= vec2f(border)) {

@@ -1,7 +1,7 @@
 // Progressive path tracing. `primary` looks through the pixel centres once; every dispatch of
 // `paths` then adds samples to the sums of a range of 8 x 8 blocks of pixels.
 //
-// Radiance in here is multiplied by job.radiance_scale, a power of two that brings the brightest
+// Radiance in here is multiplied by params.radiance_scale, a power of two that brings the brightest
 // source near 1, so that squares of it neither overflow nor vanish. Rust twin:
 // renderer/src/truth/.
 import package::common::math::{PI, octahedral_encode, octahedral_decode, random3};
@@ -13,7 +13,7 @@ import package::truth::traversal::{
     FAR, Ray, Hit, texels, triangles, place, traverse, cross_triangle, attributes_at,
 };
 
-struct Job {
+struct Params {
     world_to_view: mat4x4f,
     view_to_world: mat4x4f,
     tan_half_fov: vec2f,
@@ -34,7 +34,7 @@ struct Job {
     occlusion_radius: f32,
 }
 
-@group(0) @binding(0) var<uniform> job: Job;
+@group(0) @binding(0) var<uniform> params: Params;
 // 1 to 4 belong to package::truth::traversal.
 @group(0) @binding(5) var<storage, read> materials: array<Material>;
 @group(0) @binding(6) var<storage, read> lights: array<Light>;
@@ -116,7 +116,7 @@ fn sky(direction: vec3f) -> vec3f {
     if !ENVIRONMENT {
         return vec3f(0.0);
     }
-    return environment[MAP + latlong(direction, environment[0].xy)].rgb * job.radiance_scale;
+    return environment[MAP + latlong(direction, environment[0].xy)].rgb * params.radiance_scale;
 }
 
 fn trace(ray: Ray, reach: f32, any: bool) -> Hit {
@@ -156,7 +156,7 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
         normal,
         geometric,
         saturate(albedo),
-        material.emission * job.radiance_scale,
+        material.emission * params.radiance_scale,
         index,
         (on_it.material & RECEIVE_ONLY) == 0u,
     );
@@ -164,7 +164,7 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
 
 fn offset_length(position: vec3f) -> f32 {
     let a = abs(position);
-    return OFFSET * max(max(max(a.x, a.y), max(a.z, job.scene_radius)), 1e-30);
+    return OFFSET * max(max(max(a.x, a.y), max(a.z, params.scene_radius)), 1e-30);
 }
 
 /// A ray from a surface, started on the side that it leads to.
@@ -176,7 +176,7 @@ fn ray_from(position: vec3f, geometric_normal: vec3f, direction: vec3f) -> Ray {
 /// Radiance that leaves the surface after direct lighting, plus emission: `direct` of spec.
 fn direct_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
     var irradiance = vec3f(0.0);
-    for (var i = 0u; i < job.light_count; i++) {
+    for (var i = 0u; i < params.light_count; i++) {
         let light = light_incidence(lights[i], surface.position);
         let cosine = dot(surface.normal, light.direction);
         if cosine <= 0.0 || all(light.irradiance <= vec3f(0.0)) {
@@ -188,7 +188,7 @@ fn direct_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
             irradiance += light.irradiance * cosine;
         }
     }
-    return surface.emission + surface.albedo / PI * (irradiance * job.radiance_scale);
+    return surface.emission + surface.albedo / PI * (irradiance * params.radiance_scale);
 }
 
 /// Radiance that leaves a translucent surface of the light on its far side: light goes straight on from where it enters the
@@ -200,7 +200,7 @@ fn transmitted_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
     if !any(material.translucency > vec3f(0.0)) {
         return sum;
     }
-    for (var i = 0u; i < job.light_count; i++) {
+    for (var i = 0u; i < params.light_count; i++) {
         let light = light_incidence(lights[i], surface.position);
         let cosine = -dot(surface.normal, light.direction);
         if cosine <= 0.0 || all(light.irradiance <= vec3f(0.0)) {
@@ -224,7 +224,7 @@ fn transmitted_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
             sum += light.irradiance * cosine * exp(-material.absorption * inside);
         }
     }
-    return material.translucency / PI * (sum * job.radiance_scale);
+    return material.translucency / PI * (sum * params.radiance_scale);
 }
 
 /// The direction that lies `radius` beside `normal` and `height` along it, turned around it by `angle`.
@@ -246,10 +246,10 @@ fn cosine_direction(normal: vec3f, random: vec2f) -> vec3f {
 /// Pixel of an invocation; outside the image for padding.
 fn pixel_of(workgroup: vec3u, workgroups: vec3u, local: vec2u) -> vec2u {
     let index = workgroup.y * workgroups.x + workgroup.x;
-    let block = job.first_block + index;
-    let per_row = (job.width + 7u) / 8u;
+    let block = params.first_block + index;
+    let per_row = (params.width + 7u) / 8u;
     let pixel = vec2u(block % per_row, block / per_row) * 8u + local;
-    return select(vec2u(job.width, job.height), pixel, index < job.block_count);
+    return select(vec2u(params.width, params.height), pixel, index < params.block_count);
 }
 
 @compute @workgroup_size(8, 8)
@@ -259,13 +259,13 @@ fn primary(
     @builtin(local_invocation_id) local: vec3u,
 ) {
     let pixel = pixel_of(workgroup, workgroups, local.xy);
-    if pixel.x >= job.width || pixel.y >= job.height {
+    if pixel.x >= params.width || pixel.y >= params.height {
         return;
     }
     // Not normalised: its length along the axis is 1, so that distances are planar depths.
-    let uv = (vec2f(pixel) + 0.5) / vec2f(f32(job.width), f32(job.height));
-    let direction = (job.view_to_world * vec4f(view_position(uv, 1.0, job.tan_half_fov), 0.0)).xyz;
-    let ray = Ray(job.view_to_world[3].xyz, direction);
+    let uv = (vec2f(pixel) + 0.5) / vec2f(f32(params.width), f32(params.height));
+    let direction = (params.view_to_world * vec4f(view_position(uv, 1.0, params.tan_half_fov), 0.0)).xyz;
+    let ray = Ray(params.view_to_world[3].xyz, direction);
     let hit = trace(ray, FAR, false);
     var rays = 1u;
     var result = PrimarySurface();
@@ -286,14 +286,14 @@ fn primary(
         result.direct = sky(direction);
     }
     result.rays = rays;
-    surfaces[pixel.y * job.width + pixel.x] = result;
+    surfaces[pixel.y * params.width + pixel.x] = result;
 }
 
 /// Whether the eye sees this point, on the side that `from` sees, inside the image.
 fn is_on_screen(position: vec3f, geometric_normal: vec3f, rays: ptr<function, u32>) -> bool {
-    let p = (job.world_to_view * vec4f(position, 1.0)).xyz;
-    let eye = job.view_to_world[3].xyz;
-    if p.z >= 0.0 || any(abs(p.xy) > job.tan_half_fov * -p.z) || dot(eye - position, geometric_normal) <= 0.0 {
+    let p = (params.world_to_view * vec4f(position, 1.0)).xyz;
+    let eye = params.view_to_world[3].xyz;
+    if p.z >= 0.0 || any(abs(p.xy) > params.tan_half_fov * -p.z) || dot(eye - position, geometric_normal) <= 0.0 {
         return false;
     }
     *rays += 1u;
@@ -317,12 +317,12 @@ fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
     var geometric = octahedral_decode(unpack2x16snorm(start.geometric_normal));
     var weight = vec3f(1.0);
     for (var bounce = 0u; bounce < BOUNCES; bounce++) {
-        let random = random3(pixel, index, bounce, job.seed);
+        let random = random3(pixel, index, bounce, params.seed);
         let ray = ray_from(position, geometric, cosine_direction(normal, random.xy));
         *rays += 1u;
         let hit = trace(ray, FAR, false);
         if bounce == 0u {
-            result.open = f32(hit.distance >= job.occlusion_radius);
+            result.open = f32(hit.distance >= params.occlusion_radius);
         }
         if hit.distance == FAR {
             let radiance = sky(ray.direction);
@@ -368,9 +368,9 @@ fn sample_lobe(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
     if !any(material.specular > vec3f(0.0)) {
         return vec3f(0.0);
     }
-    let eye = job.view_to_world[3].xyz;
+    let eye = params.view_to_world[3].xyz;
     let mirror = reflect(unit_or(start.position - eye, -start.normal), start.normal);
-    let random = random3(pixel, index, GLOSSY_STREAM, job.seed);
+    let random = random3(pixel, index, GLOSSY_STREAM, params.seed);
     let exponent = max(material.phong_exponent, 0.0);
     // The logarithm of a number in (0, 1]: sharp lobes have cosines next to 1, whose distance from it is what counts.
     let logarithm = log(1.0 - random.x) / (exponent + 1.0);
@@ -399,10 +399,10 @@ fn sample_lobe(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
 /// Only the occlusion is asked for: any hit within the radius will do.
 fn sample_occlusion(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<function, u32>) -> Sample {
     var result = Sample();
-    let direction = cosine_direction(start.normal, random3(pixel, index, 0u, job.seed).xy);
+    let direction = cosine_direction(start.normal, random3(pixel, index, 0u, params.seed).xy);
     let geometric = octahedral_decode(unpack2x16snorm(start.geometric_normal));
     *rays += 1u;
-    result.open = f32(is_open(ray_from(start.position, geometric, direction), job.occlusion_radius));
+    result.open = f32(is_open(ray_from(start.position, geometric, direction), params.occlusion_radius));
     return result;
 }
 
@@ -427,10 +427,10 @@ fn paths(
     @builtin(local_invocation_id) local: vec3u,
 ) {
     let pixel = pixel_of(workgroup, workgroups, local.xy);
-    if pixel.x >= job.width || pixel.y >= job.height {
+    if pixel.x >= params.width || pixel.y >= params.height {
         return;
     }
-    let index = pixel.y * job.width + pixel.x;
+    let index = pixel.y * params.width + pixel.x;
     let start = surfaces[index];
     if start.depth <= 0.0 {
         return;
@@ -459,15 +459,15 @@ fn paths(
     if OCCLUSION != 0u {
         open = sums[at + OCCLUSION];
     }
-    for (var i = 0u; i < job.sample_count; i++) {
+    for (var i = 0u; i < params.sample_count; i++) {
         var result: Sample;
         if BOUNCES != 0u {
-            result = sample_path(pixel, start, job.first_sample + i, &rays);
+            result = sample_path(pixel, start, params.first_sample + i, &rays);
         } else if OCCLUSION != 0u {
-            result = sample_occlusion(pixel, start, job.first_sample + i, &rays);
+            result = sample_occlusion(pixel, start, params.first_sample + i, &rays);
         }
         if GLOSSY != 0u {
-            let sent = sample_lobe(pixel, start, job.first_sample + i, &rays);
+            let sent = sample_lobe(pixel, start, params.first_sample + i, &rays);
             glossy[0] += sent;
             glossy[1] += sent * sent;
         }

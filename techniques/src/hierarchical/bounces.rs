@@ -4,8 +4,15 @@
 use wgpu::TextureFormat as Format;
 
 use super::gather::{Gather, Light};
-use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
-use halflight_renderer::gi::{Inputs, ReceiveOnlyInputs, resolution::Level};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_renderer::gi::{Inputs, MotionInputs, ReceiveOnlyInputs, resolution::Level};
+use halflight_shared_shaders::hierarchical::{
+    albedo::{self, Albedo},
+    interleave::{self, Interleave},
+    recall::{self, Recall},
+    relight::{self, Relight},
+    sum::Sum,
+};
 
 /// Plans the bounces after the first and returns the sum of all, at the resolution of level 0; `first` is the light of
 /// the first one.
@@ -24,10 +31,7 @@ pub(super) fn plan_bounces(plan: &mut FramePlan, inputs: &Inputs, gather: &Gathe
         let turn = bounce % 2;
         let sum =
             plan.texture_again(format!("sum_{turn}"), start.size, Format::Rgba32Float, "light of all bounces so far");
-        plan.pass(Part::Technique, format!("sum_bounce_{bounce}"), "hierarchical/sum")
-            .bind("light", light)
-            .bind("so_far", total)
-            .bind("sum", sum)
+        plan.pass(Part::Technique, format!("sum_bounce_{bounce}"), Sum { light, so_far: total, sum })
             .because("bounces add up")
             .over(start.size);
         total = sum;
@@ -42,56 +46,50 @@ pub(super) fn plan_interleaved(plan: &mut FramePlan, inputs: &Inputs, gather: &G
     let start = &gather.levels[0];
     let kept = plan.history("bounce", start.size, Format::Rgba32Uint, "the bounce that the other frames gather");
     let recalled = plan.texture("recalled_bounce", start.size, Format::Rgba32Float, "the bounce of the frame before");
-    let features = [("moving", inputs.motion.is_some())];
-    let mut pass = plan
-        .pass(Part::Technique, "recall_bounce", variant("hierarchical/recall", &features))
-        .param("scale", start.scale as f32)
-        .bind("surfels", start.surfels)
-        .bind("bounce_before", kept.before)
-        .bind("recalled", recalled)
-        .because("two bounces take turns");
-    if let Some(motion) = inputs.motion {
-        pass = pass.bind("object", motion.object).bind("objects", motion.objects);
-    }
-    pass.over(start.size);
+    let scale = start.scale as f32;
+    let run = Recall {
+        surfels: start.surfels,
+        bounce_before: kept.before,
+        recalled,
+        moving: inputs.motion.map(|MotionInputs { object, objects }| recall::Moving { object, objects }),
+        params: recall::Params { scale },
+    };
+    plan.pass(Part::Technique, "recall_bounce", run).because("two bounces take turns").over(start.size);
     let albedo = plan_albedo(plan, inputs, start);
     let surfels = relight(plan, gather, albedo, recalled, 2, true);
     let light = gather.light(plan, Light::Bounce(1), &surfels)?;
     let both = plan.texture("both_bounces", start.size, Format::Rgba32Float, "light of this bounce and the other one");
-    let mut pass = plan
-        .pass(Part::Technique, "interleave_bounces", variant("hierarchical/interleave", &features))
-        .bind("surfels", start.surfels)
-        .bind("light", light)
-        .bind("recalled", recalled)
-        .bind("bounce", kept.now)
-        .bind("both", both)
-        .because("bounces add up");
-    if let Some(motion) = inputs.motion {
-        pass = pass.param("scale", start.scale as f32).bind("object", motion.object);
-    }
-    pass.over(start.size);
+    let run = Interleave {
+        surfels: start.surfels,
+        light,
+        recalled,
+        bounce: kept.now,
+        both,
+        moving: inputs.motion.map(|motion| motion.object),
+        params: interleave::Params { scale: inputs.motion.map(|_| scale) },
+    };
+    plan.pass(Part::Technique, "interleave_bounces", run).because("bounces add up").over(start.size);
     Some(both)
 }
 
 /// Reflectance of the surfels of level 0.
 fn plan_albedo(plan: &mut FramePlan, inputs: &Inputs, start: &Level) -> ResourceId {
-    let albedo =
+    let surfel_albedo =
         plan.texture("albedo_of_surfels", start.size, Format::Rgba16Float, "reflects one bounce into the next");
-    let shader = variant("hierarchical/albedo", &[("receive_only", inputs.receive_only.is_some())]);
-    let mut pass = plan
-        .pass(Part::Technique, "albedo_of_surfels", shader)
-        .param("scale", start.scale as f32)
-        .bind("surfels", start.surfels)
-        .bind("depth", inputs.depth)
-        .bind("normal", inputs.normal)
-        .bind("albedo", inputs.albedo)
-        .bind("surfel_albedo", albedo)
-        .because("several bounces");
-    if let Some(ReceiveOnlyInputs { material, flags }) = inputs.receive_only {
-        pass = pass.bind("material", material).bind("receive_only", flags);
-    }
-    pass.over(start.size);
-    albedo
+    let receive_only = inputs
+        .receive_only
+        .map(|ReceiveOnlyInputs { material, flags }| albedo::ReceiveOnly { material, receive_only: flags });
+    let run = Albedo {
+        surfels: start.surfels,
+        depth: inputs.depth,
+        normal: inputs.normal,
+        albedo: inputs.albedo,
+        surfel_albedo,
+        receive_only,
+        params: albedo::Params { scale: start.scale as f32 },
+    };
+    plan.pass(Part::Technique, "albedo_of_surfels", run).because("several bounces").over(start.size);
+    surfel_albedo
 }
 
 /// The surfels once more, sending what they reflect of `light`.
@@ -111,17 +109,18 @@ fn relight(
             Format::Rgba32Uint,
             "surfaces that send what they reflect",
         );
-        let shader = variant("hierarchical/relight", &[("finest", all.is_empty()), ("interleaved", interleaved)]);
-        let pass = plan
-            .pass(Part::Technique, Light::Bounce(bounce).pass_name(&format!("relight_{}", level.scale)), shader)
-            .bind("surfels", level.surfels)
-            .bind("relit", relit)
-            .because(format!("bounce {bounce} starts from the light of bounce {}", bounce - 1));
-        match all.last() {
-            None => pass.bind("albedo", albedo).bind("light", light),
-            Some(&children) => pass.param("child_scale", 0.5 * level.scale as f32).bind("children", children),
-        }
-        .over(level.size);
+        let children = all.last().copied();
+        let run = Relight {
+            surfels: level.surfels,
+            relit,
+            finest: children.is_none().then_some(relight::Finest { albedo, light }),
+            interleaved,
+            children,
+            params: relight::Params { child_scale: children.map(|_| 0.5 * level.scale as f32) },
+        };
+        plan.pass(Part::Technique, Light::Bounce(bounce).pass_name(&format!("relight_{}", level.scale)), run)
+            .because(format!("bounce {bounce} starts from the light of bounce {}", bounce - 1))
+            .over(level.size);
         all.push(relit);
     }
     all

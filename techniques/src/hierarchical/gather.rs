@@ -3,11 +3,12 @@
 use wgpu::TextureFormat as Format;
 
 use super::{
-    DiscArea, Hierarchical, VisibilityBounces, covering_radius, ring_radii, upsampling,
+    DiscArea, FormFactor, Hierarchical, VisibilityBounces, covering_radius, ring_radii, upsampling,
     visibility::{LevelVoxels, Voxels},
 };
-use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::gi::resolution::Level;
+use halflight_shared_shaders::hierarchical::gather;
 
 /// What the gathers of all bounces share.
 pub(super) struct Gather<'a> {
@@ -85,14 +86,8 @@ impl Gather<'_> {
                 (Some((coarse, coarse_light)), own) => {
                     let combined = texture(plan, "combined", k, "light of this level and all coarser ones");
                     let name = light.pass_name(&format!("combine_{k}"));
-                    upsampling(parameters)
-                        .pass(plan, name, "hierarchical/upsample", &levels[coarse], level.scale)
-                        .constants(&[("GATHERED", f64::from(u8::from(own.is_some())))])
-                        .bind("coarse_indirect", coarse_light)
-                        .bind("surfels", level.surfels)
-                        // A level that gathered nothing binds any texture of the right kind; it is not read.
-                        .bind("gathered", own.unwrap_or(coarse_light))
-                        .bind("indirect", combined)
+                    let run = upsampling(parameters).combine(&levels[coarse], coarse_light, level, own, combined);
+                    plan.pass(Part::Technique, name, run)
                         .because(format!("adds the light of level {coarse} to level {k}"))
                         .over(levels[coarse].size);
                     Some((k, combined))
@@ -124,32 +119,35 @@ impl Gather<'_> {
         };
         let tested = !matches!(light, Light::Bounce(2..)) || parameters.visibility_bounces == VisibilityBounces::All;
         let voxels = self.voxels.filter(|_| tested).map(|voxels| voxels.level(k));
-        let material =
-            self.material.map(|material| (material, plan.scene_buffer("scene.materials", "glossy materials")));
         let border = self.border.filter(|_| light == Light::Bounce(1));
-        let features = [("visibility", voxels.is_some()), ("glossy", material.is_some()), ("near", border.is_some())];
-        let mut pass = plan
-            .pass(Part::Technique, light.pass_name(&format!("gather_{k}")), variant("hierarchical/gather", &features))
-            .constants(&parameters.constants())
-            .constants(&[("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0)))])
-            .param("scale", level.scale as f32)
-            .param("inner_square", inner * inner)
-            .param("outer_square", outer * outer)
-            .param("disc_area", disc_area)
-            .param("discs", discs)
-            .param("level", light.stream(k))
-            .bind("surfels", surfels)
-            .bind("gathered", gathered)
-            .because(format!("ring of {inner:.1} to {outer:.1} texels of {0}x{0} pixels", level.scale));
-        if let Some(border) = border {
-            pass = pass.param("border", border);
-        }
-        if let Some(LevelVoxels { voxels, depth_range }) = voxels {
-            pass = pass.bind("voxels", voxels).bind("depth_range", depth_range);
-        }
-        if let Some((material, materials)) = material {
-            pass = pass.bind("material", material).bind("materials", materials);
-        }
-        pass.over(level.size);
+        let run = gather::Gather {
+            surfels,
+            visibility: voxels.map(|LevelVoxels { voxels, depth_range }| gather::Visibility { voxels, depth_range }),
+            near: border.is_some(),
+            glossy: self.material.map(|material| gather::Glossy {
+                material,
+                materials: plan.scene_buffer("scene.materials", "glossy materials"),
+            }),
+            gathered,
+            params: gather::Params {
+                scale: level.scale as f32,
+                inner_square: inner * inner,
+                outer_square: outer * outer,
+                disc_area,
+                discs,
+                level: light.stream(k),
+                border,
+            },
+            constants: gather::Constants {
+                samples: parameters.samples,
+                point_to_disc: parameters.form_factor == FormFactor::PointToDisc,
+                samples_per_ray: parameters.samples_per_ray,
+                importance: parameters.glossy_importance as u32,
+                over_frames: parameters.temporal_a > 0.0,
+            },
+        };
+        plan.pass(Part::Technique, light.pass_name(&format!("gather_{k}")), run)
+            .because(format!("ring of {inner:.1} to {outer:.1} texels of {0}x{0} pixels", level.scale))
+            .over(level.size);
     }
 }

@@ -3,17 +3,18 @@
 use wgpu::TextureFormat as Format;
 
 use super::{Hierarchical, LightVisibility, covering_radius, ring_radii};
-use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::{
     gi::{
         Inputs,
         emitters::{EmitterPoints, plan_emitter_points},
         resolution::Level,
-        rsm::{LightPyramid, plan_light_pyramid},
+        rsm::plan_light_pyramid,
         scene_voxels::plan_scene_voxels,
     },
     parameters::SettingsError,
 };
+use halflight_shared_shaders::hierarchical::gather_lights::{self, GatherLights};
 
 /// Plans the gather from the lights' views at the resolution of `level`, and adds `near`, the screen's light of what is
 /// closer than `border` (scene units); without `near`, the lights' views send from any distance. `None` where there
@@ -52,42 +53,37 @@ pub(super) fn plan_light_from_lights(
     let [inner, outer] = ring_radii(parameters.ring, radius, 1);
     let gathered =
         plan.texture("gathered_from_lights", level.size, Format::Rgba32Float, "light of what the lights see");
-    let features = [
-        ("visibility", voxels.is_some()),
-        ("near", near.is_some()),
-        ("lit", pyramid.is_some()),
-        ("emitters", emitters.is_some()),
-    ];
-    let mut pass = plan
-        .pass(Part::Technique, "gather_lights", variant("hierarchical/gather_lights", &features))
-        .constants(&parameters.constants())
-        .constants(&[
+    let run = GatherLights {
+        surfels: level.surfels,
+        gathered,
+        visibility: voxels.map(|voxels| voxels.grid),
+        near: near.map(|(light, _)| light),
+        lit: pyramid.map(|pyramid| gather_lights::Lit {
+            light_pyramid: pyramid.texels,
+            light_projections: pyramid.projections,
+        }),
+        emitters: emitters
+            .map(|points| gather_lights::Emitters { emitter_places: points.places, emitter_lights: points.lights }),
+        cubes: voxels.map(|voxels| voxels.cubes),
+        params: gather_lights::Params {
+            scale: level.scale as f32,
+            size,
+            views,
+            first_level: first,
+            end_level: end,
+            inner_square: inner * inner,
+            outer_square: outer * outer,
+            border: near.map_or(0.0, |(_, border)| border),
+        },
+        constants: gather_lights::Constants {
             // Views share out the samples among them.
-            ("LIGHT_SAMPLES", f64::from(parameters.samples.div_ceil(views))),
-            ("OVER_FRAMES", f64::from(u8::from(parameters.temporal_a > 0.0))),
-        ])
-        .param("scale", level.scale as f32)
-        .param("size", size)
-        .param("views", views)
-        .param("first_level", first)
-        .param("end_level", end)
-        .param("inner_square", inner * inner)
-        .param("outer_square", outer * outer)
-        .param("border", near.map_or(0.0, |(_, border)| border))
-        .bind("surfels", level.surfels)
-        .bind("gathered", gathered);
-    if let Some(LightPyramid { texels, projections, .. }) = pyramid {
-        pass = pass.bind("light_pyramid", texels).bind("light_projections", projections);
-    }
-    if let Some(EmitterPoints { places, lights, .. }) = emitters {
-        pass = pass.bind("emitter_places", places).bind("emitter_lights", lights);
-    }
-    if let Some(voxels) = voxels {
-        pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
-    }
-    if let Some((light, _)) = near {
-        pass = pass.bind("near_light", light);
-    }
-    pass.because("light of what the lights see, on the screen or not").over(level.size);
+            light_samples: parameters.samples.div_ceil(views),
+            samples_per_ray: parameters.samples_per_ray,
+            over_frames: parameters.temporal_a > 0.0,
+        },
+    };
+    plan.pass(Part::Technique, "gather_lights", run)
+        .because("light of what the lights see, on the screen or not")
+        .over(level.size);
     Ok(Some(gathered))
 }

@@ -2,8 +2,9 @@
 
 use wgpu::TextureFormat as Format;
 
-use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::{gi::Inputs, parameters::SettingsError};
+use halflight_shared_shaders::views::merge::{self, Merge};
 
 /// Gathers in each further view of the plan, too, by `gather`, and keeps for each pixel the most that any view found on
 /// its surface; `light` (at full resolution) is what the display's found.
@@ -22,16 +23,21 @@ pub(super) fn keep_the_most(
         let half = plan.resources[light.0].format() == Some(Format::Rgba16Float);
         let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
         let most = plan.texture(format!("most_with_{}", view.name), size, format, "the most that any view found");
-        plan.pass(Part::Technique, format!("merge_{}", view.name), variant("views/merge", &[("float16", half)]))
-            .param("world_to_other", view.world_to_view)
-            .param("other_tan_half_fov", view.tan_half_fov)
-            .bind("depth", inputs.depth)
-            .bind("normal", inputs.normal)
-            .bind("light", light)
-            .bind("other_depth", other.depth)
-            .bind("other_normal", other.normal)
-            .bind("other_light", other_light)
-            .bind("most", most)
+        let run = Merge {
+            depth: inputs.depth,
+            normal: inputs.normal,
+            light,
+            other_depth: other.depth,
+            other_normal: other.normal,
+            other_light,
+            most,
+            float16: half,
+            params: merge::Params {
+                world_to_other: view.world_to_view.to_cols_array_2d(),
+                other_tan_half_fov: view.tan_half_fov,
+            },
+        };
+        plan.pass(Part::Technique, format!("merge_{}", view.name), run)
             .because("an extra camera sees light that the display's does not")
             .over(size);
         light = most;

@@ -2,12 +2,17 @@
 
 use wgpu::TextureFormat as Format;
 
-use super::{Hierarchical, Visibility};
-use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId, variant};
+use super::{Hierarchical, Visibility, VisibilityDownsampling};
+use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId};
 use halflight_renderer::{
     gi::{Inputs, resolution::Level},
     parameters::SettingsError,
     scene::{SceneFacts, triangles},
+};
+use halflight_shared_shaders::hierarchical::{
+    depth_range::DepthRange,
+    voxel_pyramid::{self, VoxelPyramid},
+    voxelize::{self, Voxelize},
 };
 
 /// Slices of depth: bits of a column.
@@ -53,10 +58,8 @@ pub(super) fn plan_voxels(
         ));
     };
     let depth_range = plan.buffer("depth_range", 8, "what the slices of the voxels span");
-    plan.pass(Part::Technique, "depth_range", "hierarchical/depth_range")
+    plan.pass(Part::Technique, "depth_range", DepthRange { surfels: levels[0].surfels, depth_range })
         .clear(depth_range)
-        .bind("surfels", levels[0].surfels)
-        .bind("depth_range", depth_range)
         .because("slices reach from the nearest to the farthest visible surface")
         .over(levels[0].size.map(|v| v.div_ceil(DEPTH_RANGE_SQUARE)));
     let columns = plan_columns(plan, scene, &levels[0], parameters.visibility, depth_range);
@@ -65,18 +68,21 @@ pub(super) fn plan_voxels(
         let name = format!("voxels_{}", level.scale);
         let reason = format!("{SLICES} slices for each square of {} pixels", level.scale);
         let voxels = plan.texture_array(&name, level.size, SLICES / u32::BITS, Format::R32Uint, reason);
-        let pass = match grids.last() {
-            None => plan
-                .pass(Part::Technique, &name, "hierarchical/voxel_pyramid+finest")
-                .bind("columns", columns)
-                .because("rays read textures"),
-            Some(&children) => plan
-                .pass(Part::Technique, &name, "hierarchical/voxel_pyramid")
-                .constants(&parameters.constants())
-                .bind("children", children)
-                .because("rays of a level stay in its own grid"),
+        let children = grids.last().copied();
+        let run = VoxelPyramid {
+            voxels,
+            finest: children.is_none().then_some(columns),
+            children,
+            constants: voxel_pyramid::Constants {
+                any_child: parameters.visibility_downsampling == VisibilityDownsampling::Or,
+            },
         };
-        pass.bind("voxels", voxels).over(level.size);
+        plan.pass(Part::Technique, &name, run)
+            .because(match children {
+                None => "rays read textures",
+                Some(_) => "rays of a level stay in its own grid",
+            })
+            .over(level.size);
         grids.push(voxels);
     }
     Ok(Some(Voxels { levels: grids, depth_range }))
@@ -151,30 +157,23 @@ fn plan_columns(
     let objects = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
     let mut first = true;
     for Raster { name, triangles, solid, cut_outs: alpha_tested, reason } in rasters(scene, visibility) {
-        let cut_outs = alpha_tested.then(|| {
-            ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"))
+        let alpha_tested = alpha_tested.then(|| {
+            let [materials, texels] = ["materials", "texels"]
+                .map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"));
+            voxelize::AlphaTested { materials, texels }
         });
-        let mut pass = plan
-            .pass(
-                Part::Technique,
-                name,
-                variant("hierarchical/voxelize", &[("alpha_tested", alpha_tested), ("moving", scene.moving())]),
-            )
-            .constants(&[("SOLID", f64::from(u8::from(solid)))])
-            .param("grid", level.size.map(|v| v as f32))
-            .param("scale", level.scale as f32)
-            .bind("vertices", vertices)
-            .bind("depth_range", depth_range)
-            .bind("columns", columns)
-            .because(reason);
+        let run = Voxelize {
+            vertices,
+            depth_range,
+            columns,
+            alpha_tested,
+            moving: objects,
+            params: voxelize::Params { grid: level.size.map(|v| v as f32), scale: level.scale as f32 },
+            constants: voxelize::Constants { solid },
+        };
+        let mut pass = plan.pass(Part::Technique, name, run).because(reason);
         if first {
             pass = pass.clear(columns);
-        }
-        if let Some([materials, texels]) = cut_outs {
-            pass = pass.bind("materials", materials).bind("texels", texels);
-        }
-        if let Some(objects) = objects {
-            pass = pass.bind("objects", objects);
         }
         pass.voxelize(target, triangles);
         first = false;

@@ -12,8 +12,9 @@ use halflight_renderer::{
         slices::denoised,
     },
     parameters::SettingsError,
-    scene::ShadowLayer,
+    scene::{ShadowLayer, light_view},
 };
+use halflight_shared_shaders::hybrid::{attenuate::Attenuate, average::Average, openness};
 
 /// Passes of the filter: two average 25 texels, after which 32 samples leave about 2 % of noise.
 const BLUR: u32 = 2;
@@ -57,28 +58,26 @@ impl<'a> Openness<'a> {
     }
 
     fn look(&mut self, plan: &mut FramePlan, light: Option<(&LightMaps, usize, &ShadowLayer)>) {
-        let (name, shader, reason) = match light {
-            None => ("occlusion_screen".into(), "hybrid/openness", "points that the screen shows to be open or closed"),
-            Some((_, index, _)) => {
-                (format!("occlusion_{index}"), "hybrid/openness+light", "and those that a light's view does")
-            }
+        let (name, reason) = match light {
+            None => ("occlusion_screen".into(), "points that the screen shows to be open or closed"),
+            Some((_, index, _)) => (format!("occlusion_{index}"), "and those that a light's view does"),
         };
-        let mut pass = plan
-            .pass(Part::Technique, name, shader)
-            .param("scale", self.level.scale as f32)
-            .param("radius", self.radius)
-            .param("samples", self.parameters.occlusion_samples)
-            .bind("surfels", self.level.surfels)
-            .bind("views", self.views[self.passes % 2])
-            .because(reason);
-        if let Some((maps, _, view)) = light {
-            pass = pass
-                .param("world_to_clip", view.world_to_clip)
-                .bind("place", maps.place)
-                .bind("light", maps.light)
-                .bind("partial_sum", self.views[(self.passes + 1) % 2]);
-        }
-        pass.over(self.level.size);
+        let run = openness::Openness {
+            surfels: self.level.surfels,
+            views: self.views[self.passes % 2],
+            light: light.map(|(maps, index, view)| openness::Light {
+                light_view: light_view(plan, index, view),
+                place: maps.place,
+                light: maps.light,
+                partial_sum: self.views[(self.passes + 1) % 2],
+            }),
+            params: openness::Params {
+                scale: self.level.scale as f32,
+                radius: self.radius,
+                samples: self.parameters.occlusion_samples,
+            },
+        };
+        plan.pass(Part::Technique, name, run).because(reason).over(self.level.size);
         self.passes += 1;
     }
 
@@ -86,9 +85,7 @@ impl<'a> Openness<'a> {
     pub(super) fn finish(self, plan: &mut FramePlan, inputs: &Inputs) -> ResourceId {
         let level = self.level;
         let openness = plan.texture("openness", level.size, Format::R32Float, "openness at the start resolution");
-        plan.pass(Part::Technique, "occlusion", "hybrid/average")
-            .bind("views", self.views[(self.passes + 1) % 2])
-            .bind("openness", openness)
+        plan.pass(Part::Technique, "occlusion", Average { views: self.views[(self.passes + 1) % 2], openness })
             .because("the mean of what views tell, weighted by how well they can")
             .over(level.size);
         let smooth = denoised(plan, level, openness, BLUR);
@@ -104,15 +101,9 @@ impl<'a> Openness<'a> {
 pub(super) fn attenuated(plan: &mut FramePlan, light: ResourceId, openness: ResourceId, name: &str) -> ResourceId {
     let size = plan.display_size;
     let half = plan.resources[light.0].format() == Some(Format::Rgba16Float);
-    let (format, shader) = match half {
-        true => (Format::Rgba16Float, "hybrid/attenuate+float16"),
-        false => (Format::Rgba32Float, "hybrid/attenuate"),
-    };
+    let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
     let attenuated = plan.texture(format!("attenuated_{name}"), size, format, format!("{name} light times openness"));
-    plan.pass(Part::Technique, format!("attenuate_{name}"), shader)
-        .bind("light", light)
-        .bind("openness", openness)
-        .bind("attenuated", attenuated)
+    plan.pass(Part::Technique, format!("attenuate_{name}"), Attenuate { light, openness, attenuated, float16: half })
         .because("what is closed is lit less")
         .over(size);
     attenuated

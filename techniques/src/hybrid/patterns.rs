@@ -2,12 +2,16 @@
 
 use wgpu::TextureFormat as Format;
 
-use super::{Hybrid, Weighting, constants};
-use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use super::{Hybrid, Weighting};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::gi::Sources;
 use halflight_renderer::{
     gi::{Inputs, resolution::Level, rsm::LightMaps, scene_voxels::SceneVoxels},
-    scene::ShadowLayer,
+    scene::{ShadowLayer, light_view},
+};
+use halflight_shared_shaders::hybrid::{
+    pattern_far::{self, PatternFar},
+    pattern_near::{self, PatternNear},
 };
 
 /// How much larger the shell of the lights' samples is than the hemisphere of the screen's, where a setting leaves it open:
@@ -46,13 +50,18 @@ impl<'a> Patterns<'a> {
             .collect();
         let mut patterns = Self { parameters, level, radius, weight, sums, passes: 0 };
         if near {
-            plan.pass(Part::Technique, "near", variant("hybrid/pattern_near", &[("published", patterns.published())]))
-                .param("scale", level.scale as f32)
-                .param("radius", radius)
-                .param("samples", parameters.screen_samples)
-                .param("weight", weight)
-                .bind("surfels", level.surfels)
-                .bind("gathered", patterns.sums[0])
+            let run = PatternNear {
+                surfels: level.surfels,
+                gathered: patterns.sums[0],
+                published: patterns.published(),
+                params: pattern_near::Params {
+                    scale: level.scale as f32,
+                    radius,
+                    samples: parameters.screen_samples,
+                    weight,
+                },
+            };
+            plan.pass(Part::Technique, "near", run)
                 .because("points of a small hemisphere, projected to the screen")
                 .over(level.size);
             patterns.passes = 1;
@@ -74,33 +83,29 @@ impl<'a> Patterns<'a> {
         voxels: Option<SceneVoxels>,
     ) {
         let Self { parameters, level, radius, weight, ref sums, passes } = *self;
-        let further = passes > 0;
-        let features = [("published", self.published()), ("further", further), ("visibility", voxels.is_some())];
-        let shader = variant("hybrid/pattern_far", &features);
         let outer = if parameters.far_radius > 0.0 { parameters.far_radius } else { SHELL * radius };
         let inner = if parameters.sources == Sources::Lights { 0.0 } else { radius.min(outer) };
-        let mut pass = plan
-            .pass(Part::Technique, format!("rsm_{index}"), shader)
-            .constants(&constants(parameters))
-            .param("world_to_clip", view.world_to_clip)
-            .param("scale", level.scale as f32)
-            .param("inner", inner)
-            .param("outer", outer)
-            .param("samples", parameters.light_samples)
-            .param("weight", weight)
-            .param("light", view.light)
-            .bind("surfels", level.surfels)
-            .bind("place", maps.place)
-            .bind("light", maps.light)
-            .bind("gathered", sums[passes % 2])
-            .because("points of the shell around the small hemisphere, projected into what a light sees");
-        if further {
-            pass = pass.bind("partial_sum", sums[(passes + 1) % 2]);
-        }
-        if let Some(voxels) = voxels {
-            pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
-        }
-        pass.over(level.size);
+        let run = PatternFar {
+            light_view: light_view(plan, index, view),
+            surfels: level.surfels,
+            place: maps.place,
+            light: maps.light,
+            gathered: sums[passes % 2],
+            further: (passes > 0).then(|| sums[(passes + 1) % 2]),
+            published: self.published(),
+            visibility: voxels.map(|SceneVoxels { grid, cubes }| pattern_far::Visibility { grid, cubes }),
+            params: pattern_far::Params {
+                scale: level.scale as f32,
+                inner,
+                outer,
+                samples: parameters.light_samples,
+                weight,
+            },
+            constants: pattern_far::Constants { samples_per_ray: parameters.samples_per_ray },
+        };
+        plan.pass(Part::Technique, format!("rsm_{index}"), run)
+            .because("points of the shell around the small hemisphere, projected into what a light sees")
+            .over(level.size);
         self.passes += 1;
     }
 

@@ -4,11 +4,15 @@
 use glam::Vec3;
 use wgpu::TextureFormat as Format;
 
-use super::{Hybrid, Views, constants};
-use halflight_frame_graph::{FramePlan, Part, ResourceId, variant};
+use super::{Hybrid, Views};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::{
-    gi::{Inputs, rsm::LightMaps, scene_voxels::SceneVoxels},
-    scene::ShadowLayer,
+    gi::{Inputs, Switch, rsm::LightMaps, scene_voxels::SceneVoxels},
+    scene::{ShadowLayer, light_view},
+};
+use halflight_shared_shaders::hybrid::{
+    mirror::{self, Mirror},
+    specular,
 };
 
 /// Light in the mirror direction so far. Passes alternate between two textures, because none may read what it writes.
@@ -17,7 +21,7 @@ pub(super) struct Specular<'a> {
     material: ResourceId,
     materials: ResourceId,
     mirror_map: ResourceId,
-    constants: Vec<(&'static str, f64)>,
+    constants: specular::Constants,
     stride: f32,
     reach: f32,
     shown: Vec<ResourceId>,
@@ -32,14 +36,17 @@ impl<'a> Specular<'a> {
         let materials = plan.scene_buffer("scene.materials", "glossy materials");
         let size = plan.display_size;
         let mirror_map = plan.texture("mirror_map", size, Format::R32Uint, "pixels that mirror directions meet");
-        plan.pass(Part::Technique, "mirror_map", "hybrid/mirror")
-            .constants(&constants(parameters))
-            .param("stride", parameters.specular_stride)
-            .bind("depth", inputs.depth)
-            .bind("normal", inputs.normal)
-            .bind("material", material)
-            .bind("materials", materials)
-            .bind("mirror_map", mirror_map)
+        let (lobe, over_frames) = (parameters.specular_lobe == Switch::On, parameters.over_frames());
+        let run = Mirror {
+            depth: inputs.depth,
+            normal: inputs.normal,
+            material,
+            materials,
+            mirror_map,
+            params: mirror::Params { stride: parameters.specular_stride },
+            constants: mirror::Constants { lobe, over_frames },
+        };
+        plan.pass(Part::Technique, "mirror_map", run)
             .because("where mirror directions meet what the camera sees, once for all lights")
             .over(size);
         let views = if parameters.specular == Views::Both { inputs.shadow_layers().len() } else { 0 };
@@ -53,7 +60,7 @@ impl<'a> Specular<'a> {
             material,
             materials,
             mirror_map,
-            constants: constants(parameters),
+            constants: specular::Constants { lobe, over_frames },
             stride: parameters.specular_stride,
             reach,
             shown,
@@ -84,11 +91,6 @@ impl<'a> Specular<'a> {
         light: Option<(&LightMaps, usize, &ShadowLayer)>,
         voxels: Option<SceneVoxels>,
     ) {
-        let further = self.passes > 0;
-        let shader = variant(
-            "hybrid/specular",
-            &[("lights", light.is_some()), ("further", further), ("visibility", voxels.is_some())],
-        );
         let (name, reason) = match light {
             Some((_, index, _)) => {
                 (format!("specular_{index}"), "where the screen shows nothing, what a light sees there")
@@ -96,32 +98,28 @@ impl<'a> Specular<'a> {
             None => ("specular".into(), "light of the pixels that mirror directions meet"),
         };
         let size = plan.display_size;
-        let mut pass = plan
-            .pass(Part::Technique, name, shader)
-            .constants(&self.constants)
-            .bind("depth", self.inputs.depth)
-            .bind("normal", self.inputs.normal)
-            .bind("material", self.material)
-            .bind("materials", self.materials)
-            .bind("mirror_map", self.mirror_map)
-            .bind("specular", self.shown[self.passes % 2])
-            .because(reason);
-        pass = match further {
-            true => pass.bind("partial_sum", self.shown[(self.passes + 1) % 2]),
-            false => pass.bind("direct", self.inputs.direct),
+        let further = (self.passes > 0).then(|| self.shown[(self.passes + 1) % 2]);
+        let run = specular::Specular {
+            depth: self.inputs.depth,
+            normal: self.inputs.normal,
+            material: self.material,
+            materials: self.materials,
+            mirror_map: self.mirror_map,
+            specular: self.shown[self.passes % 2],
+            lights: light.map(|(maps, index, view)| specular::Lights {
+                light_view: light_view(plan, index, view),
+                place: maps.place,
+                light: maps.light,
+            }),
+            further,
+            visibility: voxels.is_some(),
+            direct: further.is_none().then_some(self.inputs.direct),
+            grid: voxels.map(|voxels| voxels.grid),
+            cubes: voxels.map(|voxels| voxels.cubes),
+            params: specular::Params { stride: light.map(|_| self.stride), reach: light.map(|_| self.reach) },
+            constants: self.constants,
         };
-        if let Some((maps, _, view)) = light {
-            pass = pass
-                .param("world_to_clip", view.world_to_clip)
-                .param("stride", self.stride)
-                .param("reach", self.reach)
-                .bind("place", maps.place)
-                .bind("light", maps.light);
-        }
-        if let Some(voxels) = voxels {
-            pass = pass.bind("grid", voxels.grid).bind("cubes", voxels.cubes);
-        }
-        pass.over(size);
+        plan.pass(Part::Technique, name, run).because(reason).over(size);
     }
 
     /// Where the light of all views is, and each pixel's material.

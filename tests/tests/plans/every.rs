@@ -3,49 +3,11 @@
 use std::collections::BTreeSet;
 
 use halflight_frame_graph::{FramePlan, Pass, Resource, ResourceId, ResourceKind, Work};
-use halflight_renderer::{
-    DirectLight,
-    parameters::{Parameter, Role},
-};
 use halflight_scenes::{Environment, Light, Scene};
-use halflight_shared_shaders::{BindingKind, SHADERS, Shader, shader};
-use halflight_techniques::TECHNIQUES;
-use halflight_tests::scenes;
+use halflight_shared_shaders::{Binding, BindingKind, SHADERS, Shader};
+use halflight_soundness::scenes;
 
 use super::*;
-
-/// Shaders in the folder of a technique.
-fn shaders_of(technique: &str) -> Vec<&'static Shader> {
-    let folder = format!("{technique}/");
-    SHADERS.iter().filter(|shader| shader.name.starts_with(&folder)).collect()
-}
-
-fn overrides(parameters: &[Parameter]) -> BTreeSet<&'static str> {
-    parameters.iter().filter_map(|p| if let Role::Override(name) = p.role { Some(name) } else { None }).collect()
-}
-
-#[test]
-fn override_parameters_and_override_constants_are_the_same() {
-    // Set by the plan itself: children of a texel, whether a level gathered, whether meshes are solid, whether a filter
-    // averages frames, samples of each light's view, sectors of a slice, number of lights.
-    let by_plan = |folder: &str| match folder {
-        "hierarchical" => BTreeSet::from(["CHILDREN", "GATHERED", "LIGHT_SAMPLES", "SOLID", "OVER_FRAMES"]),
-        "bitmask" => BTreeSet::from(["SECTORS", "OVER_FRAMES"]),
-        "gtao" => BTreeSet::from(["FALLS"]),
-        "hybrid" => BTreeSet::from(["OVER_FRAMES"]),
-        "direct" => BTreeSet::from(["LIGHTS"]),
-        _ => BTreeSet::new(),
-    };
-    let mut declared: Vec<(&str, Vec<Parameter>)> = TECHNIQUES.iter().map(|t| (t.name, (t.parameters)())).collect();
-    declared.push(("direct", DirectLight::parameters()));
-    for (folder, parameters) in declared {
-        let of_shaders: BTreeSet<&str> =
-            shaders_of(folder).iter().flat_map(|shader| shader.overrides).copied().collect();
-        let of_parameters = overrides(&parameters);
-        assert!(of_parameters.is_disjoint(&by_plan(folder)), "{folder}");
-        assert_eq!(&of_parameters | &by_plan(folder), of_shaders, "{folder}");
-    }
-}
 
 /// Scenes that ask for every combination of G-buffer and direct light variants.
 fn needs() -> Vec<Scene> {
@@ -218,22 +180,25 @@ fn every_plan_fits_its_shaders() {
     for plan in every_plan() {
         for pass in &plan.passes {
             let what = format!("{} of {:?}", pass.name, plan.display_size);
-            let shader = shader(&pass.shader).unwrap_or_else(|| panic!("{what}: no shader {}", pass.shader));
+            let shader = pass.shader;
             let bindings: Vec<_> = shader.entry_points.iter().flat_map(|entry| entry.bindings).collect();
             let sorted = |names: Vec<&'static str>| names.into_iter().collect::<BTreeSet<_>>();
-            // A constant that is not set would silently keep the shader's default.
             let constants = pass.constants.iter().map(|&(name, _)| name).collect();
             assert_eq!(sorted(constants), sorted(shader.overrides.to_vec()), "{what}: constants");
-            // The views, the uniform block and samplers are made by the recording; the plan gives the rest.
-            let given = |kind: &BindingKind| !matches!(kind, BindingKind::Uniform { .. } | BindingKind::Sampler { .. });
-            let wanted = bindings.iter().filter(|b| given(&b.kind)).map(|b| b.name).collect();
+            // The graph makes the views, the block of the pass's own numbers and samplers; the plan gives the rest.
+            let made = |binding: &Binding| match binding.kind {
+                BindingKind::Sampler { .. } => true,
+                BindingKind::Uniform { .. } => ["view", "previous", "params"].contains(&binding.name),
+                _ => false,
+            };
+            let wanted = bindings.iter().filter(|binding| !made(binding)).map(|binding| binding.name).collect();
             let bound = pass.bindings.iter().map(|&(name, _)| name).collect();
             assert_eq!(sorted(bound), sorted(wanted), "{what}: bindings");
             let mut fields = Vec::new();
             for binding in &bindings {
                 match (&binding.kind, binding.name) {
                     (_, "view" | "previous") => {}
-                    (BindingKind::Uniform { members, .. }, _) => {
+                    (BindingKind::Uniform { members, .. }, "params") => {
                         fields.extend(members.iter().map(|member| member.name))
                     }
                     (BindingKind::StorageTexture { format }, name) => {
@@ -246,30 +211,25 @@ fn every_plan_fits_its_shaders() {
                     _ => {}
                 }
             }
-            let set = pass.params.iter().map(|&(name, _)| name).collect();
-            assert_eq!(sorted(set), sorted(fields), "{what}: uniform fields");
+            let set: BTreeSet<_> = pass.params.iter().map(|&(name, _)| name).collect();
+            assert!(fields.iter().all(|field| set.contains(field)), "{what}: uniform fields {fields:?} of {set:?}");
             if let Work::Dispatch { entry, .. } = pass.work {
                 assert!(shader.entry_point(entry).is_some(), "{what}: no entry point {entry}");
             }
-            if let Work::Draw { .. } = pass.work {
-                fits_without_cut_outs(pass, shader);
+            if let Work::Draw { draws, .. } = &pass.work {
+                draws.iter().for_each(|draw| fits_instead(pass, draw.shader));
             }
         }
     }
 }
 
-/// Meshes without cut-outs are drawn by another variant, which is given the same.
-fn fits_without_cut_outs(pass: &Pass, shader: &Shader) {
-    let opaque = halflight_shared_shaders::shader(&pass.shader.replacen("+alpha_tested", "", 1)).unwrap();
-    let bindings = |shader: &Shader| -> Vec<_> { shader.entry_points.iter().flat_map(|e| e.bindings).collect() };
-    let block = |shader: &Shader| {
-        let uniform = |kind: &&BindingKind| matches!(kind, BindingKind::Uniform { .. });
-        bindings(shader).into_iter().map(|binding| &binding.kind).find(uniform)
-    };
-    assert_eq!(block(opaque), block(shader), "{}", pass.name);
-    assert_eq!(opaque.overrides, shader.overrides, "{}", pass.name);
-    let with: BTreeSet<_> = bindings(shader).iter().map(|binding| binding.name).collect();
-    for binding in bindings(opaque) {
+/// A variant that draws some of the triangles is given what the pass's own shader is given.
+fn fits_instead(pass: &Pass, variant: &Shader) {
+    let block = |shader: &Shader| shader.bindings().find(|binding| binding.name == "params").map(|block| &block.kind);
+    assert_eq!(block(variant), block(pass.shader), "{}", pass.name);
+    assert_eq!(variant.overrides, pass.shader.overrides, "{}", pass.name);
+    let with: BTreeSet<_> = pass.shader.bindings().map(|binding| binding.name).collect();
+    for binding in variant.bindings() {
         assert!(with.contains(binding.name), "{}: {}", pass.name, binding.name);
     }
 }
@@ -317,21 +277,15 @@ fn every_plan_reads_only_what_was_written_and_wastes_nothing() {
     }
 }
 
-/// The file of a shader, without the features that are on.
-fn file(shader: &str) -> &str {
-    shader.split('+').next().unwrap()
-}
-
 #[test]
 fn every_shader_file_belongs_to_a_pass_that_some_plan_has() {
-    let planned: BTreeSet<String> =
-        every_plan().into_iter().flat_map(|plan| plan.passes).map(|pass| pass.shader).collect();
-    let planned: BTreeSet<&str> = planned.iter().map(|name| file(name)).collect();
+    let planned: BTreeSet<&str> =
+        every_plan().into_iter().flat_map(|plan| plan.passes).map(|pass| pass.shader.file()).collect();
     // The path tracer, the viewer's display, the scan and the benchmark of fetches dispatch their own shaders; they are
     // no part of a frame.
     let own = |name: &str| ["truth/", "viewer/", "scan/"].iter().any(|folder| name.starts_with(folder));
     let elsewhere = |name: &str| own(name) || name == "hierarchical/fetch";
-    let all: BTreeSet<&str> = SHADERS.iter().map(|s| file(s.name)).filter(|name| !elsewhere(name)).collect();
+    let all: BTreeSet<&str> = SHADERS.iter().map(Shader::file).filter(|name| !elsewhere(name)).collect();
     assert_eq!(planned, all);
 }
 

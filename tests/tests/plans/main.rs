@@ -9,7 +9,8 @@ mod every;
 use halflight_frame_graph::{FramePlan, ResourceKind};
 use halflight_renderer::{DirectSource, plan_frame, scene::SceneFacts};
 use halflight_scenes::{CameraKeyframe, Environment, Keyframe, Light, Motion, Moves, Scene};
-use halflight_tests::{known, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{known, settings};
 
 fn plan(scene: &Scene, technique: &str, values: &[(&str, &str)], size: [u32; 2]) -> FramePlan {
     let settings = settings(technique, values);
@@ -54,7 +55,7 @@ fn a_plain_scene_has_no_pass_that_it_does_not_need() {
     let combined = ["combined_2", "combined_1", "combined_0", "indirect", "final"];
     assert_eq!(added(&resources(&none), &resources(&hierarchical)), [&surfels[..], &gathered, &combined].concat());
     // No variant that the scene did not ask for either.
-    let shaders: Vec<&str> = hierarchical.passes[..3].iter().map(|pass| pass.shader.as_str()).collect();
+    let shaders: Vec<&str> = hierarchical.passes[..3].iter().map(|pass| pass.shader.name).collect();
     assert_eq!(shaders, ["gbuffer/gbuffer", "shadow/shadow_map", "direct/direct_light+lit"]);
 }
 
@@ -68,7 +69,7 @@ fn each_need_adds_exactly_its_own() {
         let after = plan(&scene, "hierarchical", &[], SIZE);
         assert_eq!(added(&resources(&before), &resources(&after)), resources_added);
         assert_eq!(added(&passes(&before), &passes(&after)), passes_added);
-        let of = |name| after.find(name).unwrap().shader.as_str();
+        let of = |name| after.find(name).unwrap().shader.name;
         assert_eq!([of("gbuffer"), of("shadow_0"), of("direct")], shaders);
     };
     let (shadow, direct) = ("shadow/shadow_map", "direct/direct_light+lit");
@@ -145,16 +146,16 @@ fn the_temporal_filter_adds_exactly_its_own() {
             added(&resources(&plans[0]), &resources(&plans[1])).into_iter().map(String::from).collect();
         let passes: Vec<String> = added(&passes(&plans[0]), &passes(&plans[1])).into_iter().map(String::from).collect();
         let bytes = plans[1].technique_bytes() - plans[0].technique_bytes();
-        let shader = plans[1].find("temporal").unwrap().shader.clone();
-        (resources, passes, bytes, shader, plans[1].find("gbuffer").unwrap().shader.clone())
+        let shader = plans[1].find("temporal").unwrap().shader.name;
+        (resources, passes, bytes, shader, plans[1].find("gbuffer").unwrap().shader.name)
     };
     let own = ["history", "history_before", "filtered"].map(String::from).to_vec();
     let pass = vec!["temporal".to_owned()];
     // Two textures of 16 bytes a pixel that change places, and the filtered light.
     let bytes = u64::from(SIZE[0] * SIZE[1]) * (2 * 16 + 8);
-    let (still, gbuffer) = ("temporal/temporal+float16".to_owned(), "gbuffer/gbuffer".to_owned());
+    let (still, gbuffer) = ("temporal/temporal+float16", "gbuffer/gbuffer");
     let scene = scenes::court();
-    assert_eq!(filtered(&scene), (own.clone(), pass.clone(), bytes, still.clone(), gbuffer.clone()));
+    assert_eq!(filtered(&scene), (own.clone(), pass.clone(), bytes, still, gbuffer));
     // A camera that moves is followed through depth and matrices.
     let mut camera = scene.clone();
     move_camera(&mut camera);
@@ -163,8 +164,8 @@ fn the_temporal_filter_adds_exactly_its_own() {
     let mut moving = scene;
     move_first_mesh(&mut moving);
     let with_object = [vec!["object".to_owned()], own].concat();
-    let shaders = ["temporal/temporal+moving+float16", "gbuffer/gbuffer+moving+object_id"].map(String::from);
-    assert_eq!(filtered(&moving), (with_object, pass, bytes, shaders[0].clone(), shaders[1].clone()));
+    let shaders = ("temporal/temporal+moving+float16", "gbuffer/gbuffer+moving+object_id");
+    assert_eq!(filtered(&moving), (with_object, pass, bytes, shaders.0, shaders.1));
     // A technique that keeps nothing has no use for it.
     assert!(!resources(&plan(&moving, "exhaustive", &[], SIZE)).contains(&"object"));
 }
@@ -179,7 +180,7 @@ fn without_lights_there_are_no_shadow_maps() {
         resources(&plan),
         ["scene.vertices", "scene.materials", "depth", "normal", "albedo", "depth_test", "direct"]
     );
-    assert_eq!(plan.find("direct").unwrap().shader, "direct/direct_light");
+    assert_eq!(plan.find("direct").unwrap().shader.name, "direct/direct_light");
 }
 
 #[test]
@@ -233,7 +234,7 @@ fn visibility_adds_voxels_and_nothing_else() {
     assert_eq!(added(&passes(&off), &passes(&surface)), [&raster[..], &grids].concat());
     let resources_added = ["depth_range", "columns", "voxel_target"];
     assert_eq!(added(&resources(&off), &resources(&surface)), [&resources_added[..], &grids].concat());
-    let shader = |plan: &FramePlan, name| plan.find(name).unwrap().shader.clone();
+    let shader = |plan: &FramePlan, name| plan.find(name).unwrap().shader.name;
     assert_eq!(shader(&off, "gather_0"), "hierarchical/gather");
     assert_eq!(shader(&surface, "gather_0"), "hierarchical/gather+visibility");
     assert_eq!(shader(&surface, "voxelize_surfaces"), "hierarchical/voxelize");
@@ -281,7 +282,7 @@ fn bounces_share_the_pyramid_and_the_voxels() {
     assert_eq!(gathers(&plan("8", "all")), 8 * gathers(&one));
     assert!(plan("8", "all").passes.len() < 8 * one.passes.len());
     let shaders = |plan: &FramePlan| {
-        ["gather_0", "gather_0_bounce_2"].map(|name| plan.find(name).unwrap().shader.ends_with("+visibility"))
+        ["gather_0", "gather_0_bounce_2"].map(|name| plan.find(name).unwrap().shader.name.ends_with("+visibility"))
     };
     assert_eq!(shaders(&three), [true, true]);
     assert_eq!(shaders(&plan("3", "first")), [true, false]);
@@ -318,7 +319,7 @@ fn an_environment_adds_exactly_its_own() {
         let [before, after] = [&dark, &lit].map(|scene| plan(scene, technique, &[], SIZE));
         assert_eq!(added(&passes(&before), &passes(&after)), passes_added, "{technique}");
         assert_eq!(added(&resources(&before), &resources(&after)), resources_added, "{technique}");
-        assert_eq!(after.find("gather").unwrap().shader, shader);
+        assert_eq!(after.find("gather").unwrap().shader.name, shader);
     }
 }
 

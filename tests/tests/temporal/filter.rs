@@ -1,7 +1,7 @@
 //! What the filter averages, what it forgets, and when.
 
 use glam::Vec3;
-use halflight_evaluator::session::{Frames, Request, Session};
+use halflight_evaluator::experiment::session::{Frames, Request, Session};
 use halflight_frame_graph::{CompiledGraph, Externals, ResourceKind};
 use halflight_native::images::{Rgb, luminance};
 use halflight_renderer::{
@@ -11,7 +11,8 @@ use halflight_renderer::{
     scene::{SceneBuffers, SceneFacts, camera_view},
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Motion, Moves, Scene};
-use halflight_tests::{bundled, device, frames, known, request, scenes, settings};
+use halflight_soundness::scenes;
+use halflight_tests::{bundled, device, frames, known, request, settings};
 
 use super::*;
 

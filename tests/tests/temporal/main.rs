@@ -5,10 +5,10 @@ mod filter;
 mod moving;
 
 use glam::Vec3;
-use halflight_evaluator::session::Frames;
+use halflight_evaluator::experiment::session::Frames;
 use halflight_native::images::Rgb;
 use halflight_scenes::{Keyframe, Motion, Scene};
-use halflight_tests::scenes;
+use halflight_soundness::scenes;
 
 /// A small, noisy gather whose light is stored without loss.
 const NOISY: [(&str, &str); 5] =

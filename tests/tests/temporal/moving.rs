@@ -1,10 +1,11 @@
 //! How light, shadows and the filter follow what moves, and what only receives.
 
 use glam::{Mat4, Vec3};
-use halflight_evaluator::session::Session;
+use halflight_evaluator::experiment::session::Session;
 use halflight_native::images::Rgb;
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Motion, Moves, Scene};
-use halflight_tests::{bundled, device, frames, request, scenes};
+use halflight_soundness::scenes;
+use halflight_tests::{bundled, device, frames, request};
 
 use super::*;
 

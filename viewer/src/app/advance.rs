@@ -1,7 +1,7 @@
 //! One step of the application: updates sides, exposure, reference and errors as far as the device is ready.
 
 use eframe::egui;
-use halflight_renderer::tone::auto_exposure;
+use halflight_metrics::tone::auto_exposure;
 use web_time::{Duration, Instant};
 
 use super::{REST, Viewer};

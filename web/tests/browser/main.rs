@@ -1,6 +1,7 @@
 //! The browser demo in a real browser: headless Chromium, WebGPU on SwiftShader. Screenshots are saved in
 //! `target/browser`.
 #![allow(clippy::unwrap_used)]
+#![allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 
 mod chromium;
 mod controls;

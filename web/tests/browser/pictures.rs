@@ -2,10 +2,8 @@
 
 use std::path::Path;
 
-use halflight_evaluator::{
-    metrics::{flip_map, masked_mean},
-    session::{Request, Session, open_adapter},
-};
+use halflight_evaluator::experiment::session::{Request, Session, open_adapter};
+use halflight_metrics::{flip_map, masked_mean};
 use halflight_native::images::{auto_exposure, tone_map_all};
 use halflight_scenes::{DiskFiles, load_scene};
 use halflight_techniques::technique;

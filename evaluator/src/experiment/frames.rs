@@ -1,0 +1,167 @@
+//! What the frames of a cell show, how much they differ, and how long they take.
+
+use halflight_frame_graph::{Part, scan::Scanned};
+use halflight_native::{NativeGpu, images::Rgb};
+use halflight_renderer::truth::{Request as TruthRequest, Stop};
+use halflight_scenes::Scene;
+
+use super::{grid::Grid, measurement::Timing, reference, session::Frames};
+use crate::Error;
+
+/// The path tracer's ambient visibility.
+#[derive(Clone)]
+pub(super) struct OcclusionReference {
+    pub(super) radius: f32,
+    pub(super) mean: Vec<f32>,
+    pub(super) rel_error: f64,
+}
+
+impl OcclusionReference {
+    /// As a grey image.
+    pub(super) fn image(&self) -> Vec<Rgb> {
+        self.mean.iter().map(|&v| [v; 3]).collect()
+    }
+}
+
+/// Ambient visibility within a radius: as precise as the grid's reference, traced once for all cells that ask for it.
+pub(super) fn occlusion_reference(
+    native: &NativeGpu,
+    scene: &Scene,
+    grid: &Grid,
+    size: [u32; 2],
+    radius: f32,
+    known: &mut Vec<OcclusionReference>,
+) -> Result<OcclusionReference, Error> {
+    if let Some(traced) = known.iter().find(|known| known.radius == radius) {
+        return Ok(traced.clone());
+    }
+    let request =
+        TruthRequest { ambient_occlusion: Some(radius), seed: grid.seed, ..TruthRequest::new(scene.camera, size) };
+    let stop = Stop { samples_per_pixel: grid.truth_samples, rel_error: Some(grid.truth_rel_error), error_block: 8 };
+    let traced = reference::trace(native, scene, &request, stop)?;
+    let mean = traced.truth.ambient_occlusion.map(|estimate| estimate.mean).unwrap_or_default();
+    let reference = OcclusionReference { radius, mean, rel_error: traced.rel_error };
+    known.push(reference.clone());
+    Ok(reference)
+}
+
+/// What a frame shows: final radiance, `albedo * indirect`, `indirect` itself, and ambient visibility where the technique
+/// finds it.
+pub(super) struct Shown {
+    pub(super) image: Vec<Rgb>,
+    pub(super) indirect: Vec<Rgb>,
+    pub(super) incident: Vec<Rgb>,
+    pub(super) open: Option<Vec<Rgb>>,
+    /// Whether there is light besides ambient visibility.
+    pub(super) lit: bool,
+}
+
+impl Shown {
+    pub(super) fn read(frames: &Frames) -> Result<Self, Error> {
+        let output = |name| frames.read_rgb(name);
+        let missing = || Error::Failed("the plan has no final image".into());
+        let image = output("final")?.ok_or_else(missing)?;
+        let black = || vec![[0.0; 3]; image.len()];
+        let found = output("indirect")?;
+        let lit = found.is_some();
+        let incident = found.unwrap_or_else(black);
+        let indirect = output("albedo")?.map_or_else(black, |albedo| modulate(&albedo, &incident));
+        let open = output("ambient_occlusion")?.map(|open| open.iter().map(|v| [v[0]; 3]).collect());
+        Ok(Self { image, indirect, incident, open, lit })
+    }
+
+    /// The image that errors and noise are measured on.
+    pub(super) fn measured(&self) -> &[Rgb] {
+        self.open.as_ref().filter(|_| !self.lit).unwrap_or(&self.indirect)
+    }
+}
+
+/// Deviation over frames under a static camera.
+#[derive(Default)]
+pub(super) struct Noise {
+    count: f64,
+    sums: Vec<f64>,
+    squares: f64,
+}
+
+impl Noise {
+    pub(super) fn add(&mut self, image: &[Rgb]) {
+        self.count += 1.0;
+        self.sums.resize(3 * image.len(), 0.0);
+        for (sum, &v) in self.sums.iter_mut().zip(image.iter().flatten()) {
+            *sum += f64::from(v);
+            self.squares += f64::from(v) * f64::from(v);
+        }
+    }
+
+    /// Standard deviation of one frame, root mean square over pixels and channels; `None` from one frame.
+    pub(super) fn deviation(&self) -> Option<f64> {
+        let of_means: f64 = self.sums.iter().map(|sum| sum * sum / self.count).sum();
+        let freedom = (self.count - 1.0) * self.sums.len() as f64;
+        (freedom > 0.0).then(|| ((self.squares - of_means).max(0.0) / freedom).sqrt())
+    }
+}
+
+pub(super) struct Times {
+    /// Passes of the technique; `None` where it has none.
+    pub(super) technique: Option<Timing>,
+    pub(super) total: Timing,
+    /// Median of each pass.
+    pub(super) passes: Vec<(String, f64)>,
+}
+
+/// Runs a warm-up frame, then `count` frames; `after` sees each timed one.
+pub(super) fn time_frames(
+    frames: &mut Frames,
+    count: u32,
+    mut after: impl FnMut(&Frames, u32) -> Result<(), Error>,
+) -> Result<Times, Error> {
+    frames.run(0)?;
+    let mut totals = Vec::new();
+    let mut techniques = Vec::new();
+    let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
+    for frame in 0..count {
+        let time = frames.run(frame)?;
+        let sum = |wanted: &dyn Fn(Part) -> bool| -> f64 {
+            time.passes.iter().filter(|pass| wanted(pass.part)).map(|pass| pass.milliseconds).sum()
+        };
+        totals.push(sum(&|_| true));
+        techniques.push(sum(&|part| part == Part::Technique));
+        passes.resize_with(time.passes.len(), Default::default);
+        for (slot, pass) in passes.iter_mut().zip(&time.passes) {
+            slot.0.clone_from(&pass.name);
+            slot.1.push(pass.milliseconds);
+        }
+        after(frames, frame)?;
+    }
+    let has_technique = frames.plan().passes.iter().any(|pass| pass.part == Part::Technique);
+    Ok(Times {
+        technique: Timing::of(&techniques).filter(|_| has_technique),
+        total: Timing::of(&totals)
+            .ok_or_else(|| Error::Failed("no frame was timed: set frames to at least 1".into()))?,
+        passes: passes.into_iter().filter_map(|(name, times)| Timing::of(&times).map(|t| (name, t.median))).collect(),
+    })
+}
+
+/// Fails where a texture or buffer of a plan holds NaN or infinity. The check runs on the device.
+///
+/// # Errors
+/// The texture or buffer and the number of bad values.
+pub fn check_textures(all: &[&Frames]) -> Result<(), Error> {
+    for frames in all {
+        for found in frames.scan()? {
+            if found.not_finite() > 0 {
+                let Scanned { name, values, nan, infinite, .. } = found;
+                return Err(Error::Failed(format!(
+                    "{name} holds {nan} NaN and {infinite} infinities among {values} values"
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// `albedo * light`, pixel by pixel.
+pub(super) fn modulate(albedo: &[Rgb], light: &[Rgb]) -> Vec<Rgb> {
+    albedo.iter().zip(light).map(|(a, l)| std::array::from_fn(|c| a[c] * l[c])).collect()
+}

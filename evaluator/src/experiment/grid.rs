@@ -1,0 +1,206 @@
+//! Grid files: scenes, sizes and sweeps of parameters, expanded to cells.
+
+use std::path::{Path, PathBuf};
+
+use halflight_renderer::{gi::Technique, parameters::Settings};
+use halflight_scenes::{
+    SceneError,
+    keys::{Source, Table},
+};
+use halflight_techniques::{
+    self,
+    invocation::parse_size,
+    preset::{check, declaration},
+};
+
+use crate::Error;
+
+/// A grid file, read and checked.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    /// Name of the file without its ending.
+    pub name: String,
+    /// Published table that the rows belong to; empty for none.
+    pub preset: String,
+    /// Scene files.
+    pub scenes: Vec<PathBuf>,
+    /// Sizes, pixels.
+    pub sizes: Vec<[u32; 2]>,
+    /// Timed frames a cell, after warm-up.
+    pub frames: u32,
+    /// Seed of every random number.
+    pub seed: u32,
+    /// Whether techniques read path-traced direct light instead of the rendered one.
+    pub direct_from_truth: bool,
+    /// Most samples a pixel of the reference.
+    pub truth_samples: u32,
+    /// Relative error over blocks of 8x8 pixels at which the reference may stop before that.
+    pub truth_rel_error: f32,
+    /// Bounces of the reference's indirect light.
+    pub bounces: u32,
+    /// Whether to measure behaviour over time as well: hundreds of frames more for each cell.
+    pub temporal: bool,
+    /// Configurations, in the order of the file.
+    pub cells: Vec<Cell>,
+}
+
+/// One configuration.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// The technique.
+    pub technique: &'static Technique,
+    /// All its settings.
+    pub settings: Settings,
+}
+
+const KEYS: [&str; 11] = [
+    "preset",
+    "scenes",
+    "size",
+    "frames",
+    "seed",
+    "direct",
+    "truth_samples",
+    "truth_rel_error",
+    "bounces",
+    "temporal",
+    "sweep",
+];
+
+impl Grid {
+    /// Reads a grid file. Scenes are looked for from the working directory, then beside the file.
+    ///
+    /// # Errors
+    /// One sentence with file, line, key and the fix.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| Error::BadInput(format!("cannot read {}: {e}; check --grid", path.display())))?;
+        Self::parse(path, &text).map_err(|e| Error::BadInput(e.to_string()))
+    }
+
+    /// Reads the text of a grid file; `path` appears in messages.
+    ///
+    /// # Errors
+    /// As [`Grid::read`], without the file being read.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, SceneError> {
+        let source = Source { path, text };
+        let document = source.parse()?;
+        let file = Table::file(source, &document, &KEYS)?;
+        let scenes = file.required("scenes", file.texts("scenes")?, "scenes = [\"scenes/atrium.toml\"]")?;
+        let sizes = file.required("size", file.texts("size")?, "size = [\"1280x720\"]")?;
+        let direct = file.text("direct")?.unwrap_or("rendered");
+        if !["rendered", "truth"].contains(&direct) {
+            return Err(file.error("direct", format_args!("is \"{direct}\"; choose \"rendered\" or \"truth\"")));
+        }
+        let mut cells = Vec::new();
+        for sweep in file.tables("sweep", &["technique", "fixed", "grid"])? {
+            expand(&sweep, &mut cells)?;
+        }
+        if cells.is_empty() {
+            return Err(
+                file.error("sweep", "is missing; write for example `[[sweep]]` and `technique = \"hierarchical\"`")
+            );
+        }
+        Ok(Self {
+            name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            preset: file.text("preset")?.unwrap_or_default().to_owned(),
+            scenes: scenes.into_iter().map(|scene| find(path, scene)).collect(),
+            sizes: sizes
+                .into_iter()
+                .map(|size| parse_size(size).map_err(|e| file.error("size", format_args!("holds \"{size}\": {e}"))))
+                .collect::<Result<_, _>>()?,
+            frames: file.integer("frames", 1..=10_000)?.unwrap_or(10),
+            seed: file.integer("seed", 0..=u32::MAX)?.unwrap_or(0),
+            direct_from_truth: direct == "truth",
+            truth_samples: file.integer("truth_samples", 1..=1 << 20)?.unwrap_or(256),
+            truth_rel_error: file.number("truth_rel_error", 0.0001..=1.0)?.unwrap_or(0.01),
+            bounces: file.integer("bounces", 1..=64)?.unwrap_or(1),
+            temporal: file.boolean("temporal")?.unwrap_or(false),
+            cells,
+        })
+    }
+}
+
+fn find(grid: &Path, scene: &str) -> PathBuf {
+    let beside = grid.parent().unwrap_or(Path::new("")).join(scene);
+    if !Path::new(scene).exists() && beside.exists() { beside } else { scene.into() }
+}
+
+/// All combinations of a sweep's grid, on top of what it fixes.
+fn expand(sweep: &Table, cells: &mut Vec<Cell>) -> Result<(), SceneError> {
+    let name = sweep.required("technique", sweep.text("technique")?, "technique = \"hierarchical\"")?;
+    let technique =
+        halflight_techniques::technique(name).map_err(|e| sweep.error("technique", format_args!("is wrong: {e}")))?;
+    let declared = halflight_techniques::parameters_of(technique);
+    let source = sweep.source();
+    let mut combinations = vec![Settings::new()];
+    for (key, value) in sweep.entries("fixed")? {
+        let parameter = declaration(source, technique, &declared, key, value)?;
+        let value = check(source, parameter, value)?;
+        combinations.iter_mut().for_each(|settings| drop(settings.insert(parameter.key(), value.clone())));
+    }
+    for (key, values) in sweep.entries("grid")? {
+        let parameter = declaration(source, technique, &declared, key, values)?;
+        let list = values.get_ref().as_array().filter(|list| !list.is_empty()).ok_or_else(|| {
+            source.error(values.span(), format_args!("`grid.{key}` must be a list of values, for example [4, 5]"))
+        })?;
+        let values = list.iter().map(|value| check(source, parameter, value)).collect::<Result<Vec<_>, _>>()?;
+        combinations = combinations
+            .iter()
+            .flat_map(|settings| {
+                values.iter().map(|value| {
+                    let mut settings = settings.clone();
+                    settings.insert(parameter.key(), value.clone());
+                    settings
+                })
+            })
+            .collect();
+    }
+    for settings in combinations {
+        let complete = (technique.complete)(&settings).map_err(|e| sweep.error("technique", format_args!(": {e}")))?;
+        // Settings of direct light are not the technique's own but count for the frame.
+        let mut all = settings;
+        all.extend(complete);
+        cells.push(Cell { technique, settings: all });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Grid, SceneError> {
+        Grid::parse(Path::new("g.toml"), text)
+    }
+
+    #[test]
+    fn a_sweep_expands_to_all_combinations() {
+        let grid = parse(
+            "scenes = ['a.toml']\nsize = ['64x36']\n[[sweep]]\ntechnique = 'hierarchical'\nfixed = { radius = 20 }\n\
+             grid = { start_resolution = ['half', 'quarter'], samples = [16, 64, 256] }",
+        )
+        .expect("a good grid");
+        assert_eq!(grid.cells.len(), 6);
+        let keys = ["hierarchical.radius", "hierarchical.start_resolution", "hierarchical.samples"];
+        let of = |i: usize| keys.map(|key| grid.cells[i].settings[key].to_string()).join(" ");
+        assert_eq!(of(0), "20 half 16");
+        assert_eq!(of(5), "20 quarter 256");
+    }
+
+    #[test]
+    fn bad_grids_name_the_line_and_the_mend() {
+        let sweep = "[[sweep]]\ntechnique = 'hierarchical'\n";
+        for (text, wanted) in [
+            ("scenes = ['a']\nsiez = ['1x1']\n", "g.toml:2: unknown key `siez`; did you mean `size`?"),
+            ("scenes = ['a']\nsize = ['1by1']\n[[sweep]]\ntechnique='none'", "g.toml:2: `size` holds \"1by1\""),
+            (&format!("scenes = ['a']\nsize = ['1x1']\n{sweep}grid = {{ sampels = [1] }}"), "did you mean `samples`?"),
+            (&format!("scenes = ['a']\nsize = ['1x1']\n{sweep}grid = {{ samples = [0] }}"), "give 1 to 1024"),
+            ("scenes = ['a']\nsize = ['1x1']\n[[sweep]]\ntechnique = 'hierarchcal'", "did you mean hierarchical?"),
+            ("scenes = ['a']\nsize = ['1x1']\n", "`sweep` is missing"),
+        ] {
+            let sentence = parse(text).expect_err("a bad grid").to_string();
+            assert!(sentence.contains(wanted), "{sentence:?} does not say {wanted:?}");
+        }
+    }
+}

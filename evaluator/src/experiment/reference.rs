@@ -1,0 +1,89 @@
+//! The path-traced reference: traced through the cache, with progress, and as images.
+
+use halflight_native::{
+    NativeGpu,
+    cache::Cache,
+    images::{Image, Rgb},
+    truth::{Traced, TruthSource},
+};
+use halflight_renderer::truth::{Request, Stop, Truth};
+use halflight_scenes::Scene;
+
+use crate::{Error, progress::Progress};
+
+/// Traces a request of a scene, or takes it from the cache.
+///
+/// # Errors
+/// A request out of range, or a device that was lost.
+pub fn trace(native: &NativeGpu, scene: &Scene, request: &Request, stop: Stop) -> Result<Traced, Error> {
+    let source = TruthSource::new(&native.gpu, scene, Some(Cache::standard()));
+    let progress = Progress::new(&format!("reference of {}", scene.name), 100);
+    let traced = source
+        .trace(request, stop, &mut |now| {
+            progress.set((now.fraction * 100.0) as u64, &format!("{} samples a pixel", now.samples))
+        })
+        .map_err(|e| Error::BadInput(e.to_string()))?;
+    let (rays, time) = traced.traced;
+    progress.finish(&if rays > 0 {
+        let rate = rays as f64 / time.as_secs_f64().max(1e-9) / 1e6;
+        format!(
+            "reference of {}: {} samples a pixel in {:.0} s, {rate:.2} million rays a second, relative error {:.3}",
+            scene.name,
+            traced.truth.samples,
+            time.as_secs_f64(),
+            traced.rel_error
+        )
+    } else {
+        format!(
+            "reference of {}: {} samples a pixel from the cache, relative error {:.3}",
+            scene.name, traced.truth.samples, traced.rel_error
+        )
+    });
+    Ok(traced)
+}
+
+/// `direct + transmitted + albedo * indirect + glossy` of the reference, for its bounces.
+pub fn final_radiance(truth: &Truth) -> Vec<Rgb> {
+    let zero = vec![[0.0; 3]; truth.direct.len()];
+    let indirect = truth.indirect.as_ref().map_or(&zero, |estimate| &estimate.mean);
+    let glossy = truth.glossy.as_ref().map_or(&zero, |estimate| &estimate.mean);
+    let passed = truth.direct.iter().zip(&truth.transmitted);
+    let lit = passed.zip(&truth.albedo).zip(indirect.iter().zip(glossy));
+    lit.map(|(((direct, transmitted), albedo), (indirect, glossy))| {
+        std::array::from_fn(|c| direct[c] + transmitted[c] + albedo[c] * indirect[c] + glossy[c])
+    })
+    .collect()
+}
+
+/// Everything that was traced, with the channel names of the interchange format.
+pub fn image(truth: &Truth) -> Image {
+    let [width, height] = truth.size;
+    let mut image = Image::new(width, height);
+    image.set_rgb("", &final_radiance(truth));
+    image.set_channel("Z", truth.depth.clone());
+    image.set_vector("N", &truth.normal);
+    image.set_vector("P", &truth.position);
+    image.set_rgb("albedo", &truth.albedo);
+    image.set_rgb("direct", &truth.direct);
+    if truth.transmitted.iter().flatten().any(|&light| light > 0.0) {
+        image.set_rgb("transmitted", &truth.transmitted);
+    }
+    for (layer, estimate) in [
+        ("bounce1", &truth.bounce1),
+        ("indirect", &truth.indirect),
+        ("on_screen", &truth.on_screen),
+        ("glossy", &truth.glossy),
+    ] {
+        if let Some(estimate) = estimate {
+            image.set_rgb(layer, &estimate.mean);
+        }
+    }
+    if let Some(estimate) = &truth.indirect {
+        let variance: Vec<Rgb> = estimate.standard_error.iter().map(|e| e.map(|v| v * v)).collect();
+        image.set_rgb("variance", &variance);
+    }
+    if let Some(estimate) = &truth.ambient_occlusion {
+        image.set_channel("ambient_occlusion.Y", estimate.mean.clone());
+    }
+    image
+}

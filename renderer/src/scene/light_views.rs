@@ -1,0 +1,82 @@
+//! What the lights look at, as plans bind it: buffers that follow the lights where they are animated.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Mat4;
+use halflight_frame_graph::{FramePlan, Handle, ResourceId};
+
+use super::ShadowLayer;
+
+/// Kinds of handles: one layer of the shadow maps, by its index.
+const LIGHT_VIEW: &str = "light_view";
+/// World to clip space of all layers.
+const LIGHT_PROJECTIONS: &str = "light_projections";
+/// All layers, by the width of the shadow maps in texels.
+const SHADOW_LAYERS: &str = "shadow_layers";
+
+/// Twin of `LightView` in light_views/light_view.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct LightView {
+    world_to_clip: Mat4,
+    width: f32,
+    light: u32,
+    unused: [u32; 2],
+}
+
+/// Twin of `ShadowLayer` in direct_light.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct ShadowEntry {
+    world_to_clip: Mat4,
+    texel_width: f32,
+    unused: [u32; 3],
+}
+
+/// The uniform block `light_view` of layer `index`, which is `layer` in the first frame.
+pub fn light_view(plan: &mut FramePlan, index: usize, layer: &ShadowLayer) -> ResourceId {
+    let handle = Handle { kind: LIGHT_VIEW, index: index as u32 };
+    plan.changing_data(handle, format!("light_view_{index}"), || view_bytes(layer), "what a light looks at")
+}
+
+/// World to clip space of each layer, as `array<mat4x4f>`.
+pub fn light_projections(plan: &mut FramePlan, layers: &[ShadowLayer]) -> ResourceId {
+    let handle = Handle { kind: LIGHT_PROJECTIONS, index: 0 };
+    plan.changing_data(handle, LIGHT_PROJECTIONS, || projection_bytes(layers), "where a light sees a receiver")
+}
+
+/// The layers of shadow maps that are `map_size` texels wide.
+pub fn shadow_entries(plan: &mut FramePlan, layers: &[ShadowLayer], map_size: u32) -> ResourceId {
+    let handle = Handle { kind: SHADOW_LAYERS, index: map_size };
+    plan.changing_data(handle, SHADOW_LAYERS, || entry_bytes(layers, map_size), "what the shadow maps look at")
+}
+
+/// New contents for a handle of this module, once the lights have moved to these layers.
+///
+/// # Panics
+/// Where the handle is of another kind: a plan that depends on something else needs another source of contents.
+pub(super) fn contents(handle: Handle, layers: &[ShadowLayer]) -> Vec<u8> {
+    match handle {
+        Handle { kind: LIGHT_VIEW, index } => view_bytes(&layers[index as usize]),
+        Handle { kind: LIGHT_PROJECTIONS, .. } => projection_bytes(layers),
+        Handle { kind: SHADOW_LAYERS, index: map_size } => entry_bytes(layers, map_size),
+        Handle { kind, index } => panic!("the scene has no contents for {kind} {index}"),
+    }
+}
+
+fn view_bytes(layer: &ShadowLayer) -> Vec<u8> {
+    let &ShadowLayer { world_to_clip, width, light } = layer;
+    bytemuck::bytes_of(&LightView { world_to_clip, width, light, unused: [0; 2] }).to_vec()
+}
+
+fn projection_bytes(layers: &[ShadowLayer]) -> Vec<u8> {
+    layers.iter().flat_map(|layer| bytemuck::bytes_of(&layer.world_to_clip).to_vec()).collect()
+}
+
+fn entry_bytes(layers: &[ShadowLayer], map_size: u32) -> Vec<u8> {
+    let entry = |layer: &ShadowLayer| ShadowEntry {
+        world_to_clip: layer.world_to_clip,
+        texel_width: layer.width / map_size as f32,
+        unused: [0; 3],
+    };
+    bytemuck::cast_slice(&layers.iter().map(entry).collect::<Vec<_>>()).to_vec()
+}

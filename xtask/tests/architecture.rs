@@ -22,7 +22,8 @@ const CRATES: &[(&str, &[&str])] = &[
     ("frame-graph", &["shared-shaders"]),
     ("renderer", &["scenes", "shared-shaders", "frame-graph"]),
     ("techniques", &["scenes", "shared-shaders", "frame-graph", "renderer"]),
-    ("viewer", &["scenes", "frame-graph", "renderer", "techniques"]),
+    // The shader crates only behind the feature `hot-reload`.
+    ("viewer", &["scenes", "shader-compiler", "shared-shaders", "frame-graph", "renderer", "techniques"]),
     // The viewer only behind the feature `window`.
     ("native", &["scenes", "frame-graph", "renderer", "viewer"]),
     ("evaluator", &["scenes", "shared-shaders", "frame-graph", "renderer", "techniques", "native"]),

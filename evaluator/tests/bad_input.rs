@@ -7,6 +7,8 @@ use std::{
     process::{Command, Output},
 };
 
+use halflight_techniques::TECHNIQUES;
+
 const TRIANGLE: &str = "mtllib t.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n";
 const SCENE: &str = "name = \"triangle\"\n[[model]]\npath = \"triangle.obj\"\n[camera]\neye = [0.0, 0.0, 3.0]\n\
                      target = [0.0, 0.0, 0.0]\nup = [0.0, 1.0, 0.0]\nvertical_fov_degrees = 60.0\n";
@@ -142,10 +144,8 @@ fn techniques_and_settings() {
     let folder = Folder::new("settings");
     let error = |arguments: &[&str]| folder.render_error(&[&["--scene", "good.toml"], arguments].concat());
     says(&error(&["--technique", "hierarchcal"]), &["hierarchcal", "did you mean hierarchical"]);
-    says(
-        &error(&["--technique", "zzz"]),
-        &["zzz", "hierarchical, bitmask, hybrid, gtao, horizon, ray-march, rsm, ssdo, ssao, exhaustive, none"],
-    );
+    let all: Vec<&str> = TECHNIQUES.iter().map(|technique| technique.name).collect();
+    says(&error(&["--technique", "zzz"]), &[&["zzz"], &all[..]].concat());
     says(&error(&["--set", "sampels=3"]), &["sampels", "did you mean hierarchical.samples"]);
     says(&error(&["--set", "samples=0"]), &["hierarchical.samples = 0", "1 to 1024"]);
     says(&error(&["--set", "samples=many"]), &["hierarchical.samples = many", "1 to 1024"]);

@@ -106,12 +106,8 @@ fn unknown_names_suggest_the_nearest() {
     let far = error("x");
     assert!(declared.iter().all(|parameter| far.contains(&parameter.key())), "{far}");
     assert!(technique("Hierarchical").unwrap_err().to_string().contains("did you mean hierarchical?"));
-    assert!(
-        technique("")
-            .unwrap_err()
-            .to_string()
-            .contains("hierarchical, bitmask, hybrid, gtao, horizon, ray-march, rsm, ssdo, ssao, exhaustive, none")
-    );
+    let unknown = technique("").unwrap_err().to_string();
+    assert!(TECHNIQUES.iter().all(|technique| unknown.contains(technique.name)), "{unknown}");
 }
 
 #[test]

@@ -14,13 +14,13 @@ use crate::{
     uniform,
 };
 
-mod histories;
+mod history_state;
 mod make;
 mod timer;
 
 pub use timer::PassTime;
 
-use histories::{Memory, adopt_histories, in_turn};
+use history_state::{HistoryState, adopt_histories, resolve_history};
 use make::{Maker, make_buffer, make_texture};
 use timer::Timer;
 
@@ -65,7 +65,7 @@ pub struct CompiledGraph {
     view_layout: Option<&'static BindingKind>,
     /// The uniform block `previous`, one for each view, and its layout, where a pass looks at the frame before.
     previous: Option<(Vec<wgpu::Buffer>, &'static BindingKind)>,
-    memory: Mutex<Memory>,
+    history_state: Mutex<HistoryState>,
     timer: Option<Timer>,
 }
 
@@ -139,12 +139,12 @@ impl CompiledGraph {
                 ResourceKind::Data { .. } | ResourceKind::Buffer { .. } => None,
             })
             .collect();
-        let mut memory = Memory::default();
+        let mut history_state = HistoryState::default();
         if let Some(old) = old {
             let adopted = adopt_histories(&plan, &mut textures, old);
             // Every history went on, or none did: with one missing, the frame before is not what passes expect.
             if adopted {
-                memory = Memory { still_frames: 0, prepared: false, ..*old.memory() };
+                history_state = HistoryState { static_frames: 0, prepared: false, ..*old.history_state() };
             }
         }
         let data: Vec<_> = plan
@@ -203,7 +203,7 @@ impl CompiledGraph {
             params,
             view_layout,
             previous,
-            memory: Mutex::new(memory),
+            history_state: Mutex::new(history_state),
             timer: Timer::new(gpu, plan.passes.len()),
             plan,
             textures,
@@ -254,18 +254,18 @@ impl CompiledGraph {
 
     /// A texture of the plan, as the last frame left it. Of a history it is another one after every frame.
     pub fn texture(&self, id: ResourceId) -> Option<&wgpu::Texture> {
-        self.textures[in_turn(&self.plan, id, self.memory().turn).0].as_ref()
+        self.textures[resolve_history(&self.plan, id, self.history_state().ping_pong).0].as_ref()
     }
 
     /// The view of the last frame that was recorded.
     pub fn last_view(&self) -> Option<View> {
-        self.memory().last
+        self.history_state().last
     }
 
     /// Makes the next frame start anew, as after a cut.
-    pub fn forget(&self) {
-        let mut memory = self.memory();
-        (memory.last, memory.still_frames) = (None, 0);
+    pub fn reset_history(&self) {
+        let mut history_state = self.history_state();
+        (history_state.last, history_state.static_frames) = (None, 0);
     }
 
     /// Replaces the contents of every buffer that depends on a handle by what `contents` has for it now, as many bytes as
@@ -278,8 +278,8 @@ impl CompiledGraph {
         }
     }
 
-    fn memory(&self) -> MutexGuard<'_, Memory> {
-        self.memory.lock().unwrap_or_else(PoisonError::into_inner)
+    fn history_state(&self) -> MutexGuard<'_, HistoryState> {
+        self.history_state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A buffer of the plan.
@@ -294,10 +294,10 @@ impl CompiledGraph {
 
     /// Adds one frame to an encoder. Nothing is allocated.
     pub fn record(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, view: &View) {
-        let turn = self.begin_frame(gpu, view);
-        let prepared = std::mem::replace(&mut self.memory().prepared, true);
+        let ping_pong = self.begin_frame(gpu, view);
+        let prepared = std::mem::replace(&mut self.history_state().prepared, true);
         for index in 0..self.passes.len() {
-            self.record_pass(encoder, index, turn, self.timer.as_ref(), prepared);
+            self.record_pass(encoder, index, ping_pong, self.timer.as_ref(), prepared);
         }
         if let Some(timer) = &self.timer {
             encoder.resolve_query_set(&timer.queries, 0..2 * self.passes.len() as u32, &timer.resolved, 0);
@@ -308,12 +308,12 @@ impl CompiledGraph {
     /// One command buffer for each pass, to time them apart by the computer's clock where the
     /// device's timestamps cannot be trusted.
     pub fn record_apart(&self, gpu: &Gpu, view: &View) -> Vec<wgpu::CommandBuffer> {
-        let turn = self.begin_frame(gpu, view);
-        let prepared = std::mem::replace(&mut self.memory().prepared, true);
+        let ping_pong = self.begin_frame(gpu, view);
+        let prepared = std::mem::replace(&mut self.history_state().prepared, true);
         (0..self.passes.len())
             .map(|index| {
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                self.record_pass(&mut encoder, index, turn, None, prepared);
+                self.record_pass(&mut encoder, index, ping_pong, None, prepared);
                 encoder.finish()
             })
             .collect()
@@ -322,9 +322,9 @@ impl CompiledGraph {
     /// Adds one pass to an encoder, this many times over and without timestamps: the way to learn what it costs where
     /// timestamps are missing or coarse. Uses the view of the last frame.
     pub fn record_repeated(&self, encoder: &mut wgpu::CommandEncoder, pass: usize, times: u32) {
-        let turn = self.memory().turn;
+        let ping_pong = self.history_state().ping_pong;
         for _ in 0..times {
-            self.record_pass(encoder, pass, turn, None, false);
+            self.record_pass(encoder, pass, ping_pong, None, false);
         }
     }
 
@@ -336,30 +336,30 @@ impl CompiledGraph {
                 gpu.queue.write_buffer(buffer, 0, &view.from_planned(other).pack(*size, members));
             }
         }
-        let mut memory = self.memory();
-        let before = memory.last.filter(|before| view.continues(before));
-        let still = before.is_some_and(|before| view.is_still_since(&before));
-        memory.still_frames = if still { memory.still_frames.saturating_add(1) } else { 0 };
+        let mut history_state = self.history_state();
+        let before = history_state.last.filter(|before| view.continues(before));
+        let still = before.is_some_and(|before| view.is_static_since(&before));
+        history_state.static_frames = if still { history_state.static_frames.saturating_add(1) } else { 0 };
         if let Some((buffers, BindingKind::Uniform { size, members })) = &self.previous {
-            let block = view.pack_previous(before.as_ref(), memory.still_frames, *size, members);
+            let block = view.pack_previous(before.as_ref(), history_state.static_frames, *size, members);
             gpu.queue.write_buffer(&buffers[0], 0, &block);
             for (other, buffer) in self.plan.views.iter().zip(&buffers[1..]) {
                 // Further views stand still: where one has a frame before at all, it was seen from the same place.
                 let own = view.from_planned(other);
-                let block = own.pack_previous(before.map(|_| &own), memory.still_frames, *size, members);
+                let block = own.pack_previous(before.map(|_| &own), history_state.static_frames, *size, members);
                 gpu.queue.write_buffer(buffer, 0, &block);
             }
         }
-        memory.last = Some(*view);
-        memory.turn = 1 - memory.turn;
-        memory.turn
+        history_state.last = Some(*view);
+        history_state.ping_pong = 1 - history_state.ping_pong;
+        history_state.ping_pong
     }
 
     fn record_pass(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         index: usize,
-        turn: usize,
+        ping_pong: usize,
         timer: Option<&Timer>,
         prepared: bool,
     ) {
@@ -389,7 +389,7 @@ impl CompiledGraph {
                     return;
                 }
                 pass.set_pipeline(pipeline);
-                pass.set_bind_group(0, &groups[turn], &[]);
+                pass.set_bind_group(0, &groups[ping_pong], &[]);
                 pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);
             }
             ReadyPass::Draw { draws, colors, depth } => {

@@ -6,8 +6,8 @@
 
 mod compiled;
 pub mod gpu;
+pub mod non_finite;
 mod plan;
-pub mod scan;
 pub mod uniform;
 mod view;
 

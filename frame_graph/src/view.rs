@@ -34,7 +34,7 @@ pub enum Continuity {
     #[default]
     Changing,
     /// Scene and light are what they were: where the camera stands still too, pixels may average without end.
-    Still,
+    Static,
 }
 
 /// Near planes stand at 1e-4 of the scene's diagonal; a camera that moves farther than a twentieth of the
@@ -70,8 +70,8 @@ impl View {
     }
 
     /// Whether nothing at all changed since a frame seen from `before`.
-    pub(crate) fn is_still_since(&self, before: &View) -> bool {
-        self.continuity == Continuity::Still
+    pub(crate) fn is_static_since(&self, before: &View) -> bool {
+        self.continuity == Continuity::Static
             && self.world_to_view == before.world_to_view
             && self.tan_half_fov == before.tan_half_fov
     }
@@ -92,7 +92,7 @@ impl View {
     pub(crate) fn pack_previous(
         &self,
         before: Option<&View>,
-        still_frames: u32,
+        static_frames: u32,
         size: u32,
         members: &[Member],
     ) -> Vec<u8> {
@@ -101,7 +101,7 @@ impl View {
             ("view_to_previous", self.way_back(from, &Mat4::IDENTITY, &Mat4::IDENTITY).to_cols_array_2d().into()),
             ("tan_half_fov", from.tan_half_fov.into()),
             ("valid", u32::from(before.is_some()).into()),
-            ("still_frames", still_frames.into()),
+            ("static_frames", static_frames.into()),
         ];
         uniform::pack(size, members, &values, "previous")
     }

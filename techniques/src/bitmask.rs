@@ -7,7 +7,7 @@ use halflight_renderer::{
     choice,
     gi::{
         Finds, Resolution, Spacing, Storage, Switch,
-        feedback::Feedback,
+        previous_frame_bounce::PreviousFrameBounce,
         slices::{SliceGather, SliceInputs},
         temporal::temporal_filter,
     },
@@ -114,7 +114,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let parameters = Bitmask::from_settings(settings)?;
     let lit = parameters.finds == Finds::Light;
     let sectors = parameters.sectors.count();
-    let feedback = Feedback::plan(plan, inputs, if lit { parameters.feedback } else { 0.0 });
+    let feedback = PreviousFrameBounce::plan(plan, inputs, if lit { parameters.feedback } else { 0.0 });
     let slices = SliceGather {
         technique: Bitmask::TECHNIQUE,
         finds: parameters.finds,
@@ -155,7 +155,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         });
     let light = temporal_filter(plan, inputs, light, parameters.temporal_a);
     if let (Some(feedback), Some(light)) = (feedback, light) {
-        feedback.remember(plan, inputs, light);
+        feedback.write_history(plan, inputs, light);
     }
     Ok(light)
 }

@@ -128,7 +128,7 @@ choice! {
         /// Nothing: light passes through everything.
         Off = "off",
         /// A grid of cubes over the whole scene.
-        Cubes = "cubes",
+        Voxels = "cubes",
     }
 }
 
@@ -179,7 +179,7 @@ parameters! {
         only_level: OnlyLevel = OnlyLevel::All, unit "", grid [OnlyLevel::All], role Plan;
         /// Bounces of indirect light; each one more gathers what the one before it sent.
         bounces: u32 = 1, in 0..=8, unit "1", grid [1, 2], role Plan;
-        /// Whether two bounces take turns from frame to frame, at the price of one; takes effect where bounces is 2.
+        /// Whether two bounces take interleaved from frame to frame, at the price of one; takes effect where bounces is 2.
         bounce_interleaving: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Plan;
         /// What stands between a surface and its source: off, light passes; solid, surface or auto, a voxel grid of every mesh as solid, as surfaces, or as each mesh is.
         visibility: Visibility = Visibility::Off, unit "", grid [Visibility::Off, Visibility::Auto], role Plan;
@@ -196,15 +196,15 @@ parameters! {
         /// Where samples of glossy light are drawn: off, as many everywhere; 2010, more in the mirror lobe's screen directions, as published; lobe, where its light comes from.
         glossy_importance: GlossyImportance = GlossyImportance::Lobe, unit "",
         grid [GlossyImportance::Off, GlossyImportance::Paper, GlossyImportance::Lobe], role Override;
-        /// Where first-bounce light comes from: screen, what the camera sees; lights, what the lights see; both, from within `border` what the camera sees, from beyond it what the lights see. With lights or both, bounces do not take turns and extra cameras add nothing.
+        /// Where first-bounce light comes from: screen, what the camera sees; lights, what the lights see; both, from within `border` what the camera sees, from beyond it what the lights see. With lights or both, bounces do not take interleaved and extra cameras add nothing.
         sources: Sources = Sources::Screen, unit "", grid [Sources::Screen, Sources::Lights, Sources::Both], role Plan;
         /// Distance up to which light comes from the screen where sources is both; 0 takes a thirtieth of the scene's diagonal.
         border: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
         /// Width and height of each light's view, rounded up to a multiple of its coarsest texel.
         light_view_size: u32 = 128, in 8..=512, unit "px", grid [64, 128, 256], role Plan;
         /// What light from the lights' views is tested by: off, it passes through everything; cubes, a grid over the whole scene.
-        light_visibility: LightVisibility = LightVisibility::Cubes, unit "",
-        grid [LightVisibility::Off, LightVisibility::Cubes], role Plan;
+        light_visibility: LightVisibility = LightVisibility::Voxels, unit "",
+        grid [LightVisibility::Off, LightVisibility::Voxels], role Plan;
         /// Cubes along the longest side of the scene.
         voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
     }
@@ -295,16 +295,22 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let tested = sources != Sources::Lights
         || parameters.bounces > 1 && parameters.visibility_bounces == VisibilityBounces::All
         || glossy_material(inputs, &parameters).is_some();
-    let voxels = if tested { visibility::plan_voxels(plan, inputs, &parameters, &levels)? } else { None };
-    let border = match sources {
+    let froxels = if tested { visibility::plan_froxels(plan, inputs, &parameters, &levels)? } else { None };
+    let near_field_distance = match sources {
         Sources::Both => Some(inputs.length_or_share(parameters.border, "hierarchical.border")?),
         Sources::Screen | Sources::Lights => None,
     };
-    let gather =
-        Gather { parameters: &parameters, levels: &levels, only, voxels: voxels.as_ref(), material: None, border };
+    let gather = Gather {
+        parameters: &parameters,
+        levels: &levels,
+        only,
+        froxels: froxels.as_ref(),
+        material: None,
+        near_field_distance,
+    };
     let surfels: Vec<_> = levels.iter().map(|level| level.surfels).collect();
-    let turns = parameters.bounces == 2 && parameters.bounce_interleaving == Switch::On;
-    let light = if turns && sources == Sources::Screen {
+    let interleaved = parameters.bounces == 2 && parameters.bounce_interleaving == Switch::On;
+    let light = if interleaved && sources == Sources::Screen {
         bounces::plan_interleaved(plan, inputs, &gather)
     } else {
         let first = match sources {
@@ -314,7 +320,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         let first = match sources {
             Sources::Screen => first,
             Sources::Lights | Sources::Both => {
-                let near = first.zip(border);
+                let near = first.zip(near_field_distance);
                 lights::plan_light_from_lights(plan, inputs, &parameters, &levels[0], only, near)?
             }
         };

@@ -1,14 +1,14 @@
 //! Screen space and light space together (Lambru et al.): light from nearby comes from what the camera sees, light from
 //! farther away from what the lights see, on the screen or not; light in mirror directions and openness from both.
 
-mod openness;
+mod ambient_visibility;
 mod patterns;
 mod specular;
 
 use wgpu::TextureFormat as Format;
 
 use self::{
-    openness::{Openness, attenuated},
+    ambient_visibility::{AmbientVisibility, attenuated},
     patterns::Patterns,
     specular::Specular,
 };
@@ -19,7 +19,7 @@ use halflight_renderer::{
     gi::{
         Sources, StartResolution, Storage, Switch, UpsamplingKernel,
         resolution::{Level, Upsampling, pyramid, to_display},
-        rsm::{LightMaps, VirtualLights, plan_light_maps, plan_virtual_lights},
+        rsm::{ReflectiveShadowMap, VirtualPointLights, plan_reflective_shadow_maps, plan_virtual_point_lights},
         scene_voxels::{SceneVoxels, plan_scene_voxels},
         temporal::{temporal_filter, temporal_filter_of_gloss},
         translucency::Translucency,
@@ -151,7 +151,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let mut patterns = (parameters.weighting != Weighting::Radiometric && (near || far))
         .then(|| Patterns::new(plan, inputs, &parameters, level, radius));
     let mut specular = Specular::new(plan, inputs, &parameters);
-    let mut openness = Openness::new(plan, inputs, &parameters, level)?;
+    let mut ambient_visibility = AmbientVisibility::new(plan, inputs, &parameters, level)?;
     // Light from the lights' views is tested for what stands in between, whoever reads it; published weights are as printed.
     let mirrors = specular.is_some() && parameters.specular == Views::Both && lit;
     let voxels = inputs.scene.filter(|_| {
@@ -164,15 +164,15 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
 
     // Each light's view is drawn, and read by all that look for something in it.
     let asks = |views: Views| views == Views::Both && lit;
-    let mut look = |plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer| {
+    let mut look = |plan: &mut FramePlan, maps: &ReflectiveShadowMap, index: usize, view: &ShadowLayer| {
         if let Some(patterns) = patterns.as_mut().filter(|_| far) {
             patterns.add(plan, maps, index, view, voxels);
         }
         if let Some(specular) = specular.as_mut().filter(|_| mirrors) {
             specular.add(plan, maps, index, view, voxels);
         }
-        if let Some(openness) = openness.as_mut().filter(|_| asks(parameters.ambient_occlusion)) {
-            openness.add(plan, maps, index, view);
+        if let Some(ambient_visibility) = ambient_visibility.as_mut().filter(|_| asks(parameters.ambient_occlusion)) {
+            ambient_visibility.add(plan, maps, index, view);
         }
         translucency.add(plan, maps, index, view);
     };
@@ -180,13 +180,13 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let mut lights = None;
     if chosen {
         let count = parameters.virtual_lights;
-        lights = plan_virtual_lights(plan, inputs, Hybrid::TECHNIQUE, size, count, coarse, look)?;
+        lights = plan_virtual_point_lights(plan, inputs, Hybrid::TECHNIQUE, size, count, coarse, look)?;
     } else if far || mirrors || asks(parameters.ambient_occlusion) {
-        plan_light_maps(plan, inputs, Hybrid::TECHNIQUE, size, &mut look)?;
+        plan_reflective_shadow_maps(plan, inputs, Hybrid::TECHNIQUE, size, &mut look)?;
     }
 
     translucency.finish(plan);
-    let open = openness.map(|openness| openness.finish(plan, inputs));
+    let open = ambient_visibility.map(|ambient_visibility| ambient_visibility.finish(plan, inputs));
     if let Some((light, material)) = specular.map(|specular| specular.light()) {
         let light = open.map_or(light, |open| attenuated(plan, light, open, "glossy"));
         let light = temporal_filter_of_gloss(plan, inputs, light, parameters.temporal_a, material);
@@ -211,7 +211,7 @@ struct Gather<'a> {
     parameters: &'a Hybrid,
     level: &'a Level,
     radius: f32,
-    lights: Option<VirtualLights>,
+    lights: Option<VirtualPointLights>,
     voxels: Option<SceneVoxels>,
 }
 
@@ -221,7 +221,7 @@ impl<'a> Gather<'a> {
         parameters: &'a Hybrid,
         level: &'a Level,
         radius: f32,
-        lights: Option<VirtualLights>,
+        lights: Option<VirtualPointLights>,
         voxels: Option<SceneVoxels>,
     ) -> Option<Self> {
         if parameters.sources == Sources::Lights && lights.is_none() {
@@ -248,11 +248,11 @@ impl<'a> Gather<'a> {
             recompute,
             surfels: Some(level.surfels),
             grid: voxels.map(|voxels| voxels.grid),
-            cubes: voxels.map(|voxels| voxels.cubes),
+            voxels: voxels.map(|voxels| voxels.voxels),
             params: gather::Params {
                 scale: level.scale as f32,
                 radius: *radius,
-                virtual_lights: lights.as_ref().map_or(0, |lights| lights.count),
+                virtual_point_lights: lights.as_ref().map_or(0, |lights| lights.count),
                 stride: lights.as_ref().map_or(1, |lights| (lights.count / parameters.light_samples).max(1)),
                 least_weight: recompute.map(|_| parameters.recompute_below),
             },

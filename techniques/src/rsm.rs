@@ -2,7 +2,7 @@
 //! where the light sees the receiver. As published, a receiver that a spot light or a face of a point light does not have
 //! before it gets nothing from that map.
 
-use halflight_renderer::scene::light_view;
+use halflight_renderer::scene::shadow_view;
 use halflight_shared_shaders::rsm::gather::{self, Gather};
 use wgpu::TextureFormat as Format;
 
@@ -12,7 +12,7 @@ use halflight_renderer::{
     gi::{
         StartResolution, Storage, UpsamplingKernel, Weighting,
         resolution::{Upsampling, pyramid, to_display},
-        rsm::plan_light_maps,
+        rsm::plan_reflective_shadow_maps,
     },
     parameters,
     parameters::{Settings, SettingsError},
@@ -62,30 +62,36 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let (first, several) = (sum(0), views > 1);
     let sums = [first, if several { sum(1) } else { first }];
     let mut written = sums[0];
-    plan_light_maps(plan, inputs, Rsm::TECHNIQUE, parameters.light_view_size, |plan, maps, index, view| {
-        let run = Gather {
-            light_view: light_view(plan, index, view),
-            surfels: level.surfels,
-            place: maps.place,
-            light: maps.light,
-            gathered: sums[index % 2],
-            further: (index > 0).then_some(sums[(index + 1) % 2]),
-            params: gather::Params {
-                scale: level.scale as f32,
-                map_radius: parameters.map_radius,
-                index: index as u32,
-                intensity: parameters.intensity,
-            },
-            constants: gather::Constants {
-                samples: parameters.samples,
-                radiometric: parameters.weighting == Weighting::Radiometric,
-            },
-        };
-        plan.pass(Part::Technique, format!("rsm_{index}"), run)
-            .because("surfaces around where the light sees the receiver")
-            .over(level.size);
-        written = sums[index % 2];
-    })?;
+    plan_reflective_shadow_maps(
+        plan,
+        inputs,
+        Rsm::TECHNIQUE,
+        parameters.light_view_size,
+        |plan, maps, index, view| {
+            let run = Gather {
+                shadow_view: shadow_view(plan, index, view),
+                surfels: level.surfels,
+                rsm_position: maps.position,
+                light: maps.light,
+                gathered: sums[index % 2],
+                further: (index > 0).then_some(sums[(index + 1) % 2]),
+                params: gather::Params {
+                    scale: level.scale as f32,
+                    map_radius: parameters.map_radius,
+                    index: index as u32,
+                    intensity: parameters.intensity,
+                },
+                constants: gather::Constants {
+                    samples: parameters.samples,
+                    radiometric: parameters.weighting == Weighting::Radiometric,
+                },
+            };
+            plan.pass(Part::Technique, format!("rsm_{index}"), run)
+                .because("surfaces around where the light sees the receiver")
+                .over(level.size);
+            written = sums[index % 2];
+        },
+    )?;
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
     Ok(Some(to_display(plan, inputs, &upsampling, &level, written, "indirect")))
 }

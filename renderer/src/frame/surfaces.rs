@@ -12,7 +12,7 @@ use wgpu::TextureFormat as Format;
 use super::{DirectSource, SceneFacts};
 use crate::{
     parameters::{Settings, SettingsError},
-    scene::{light_view, shadow_entries, triangles},
+    scene::{shadow_entries, shadow_view, triangles},
 };
 
 pub(super) struct SceneResources {
@@ -83,7 +83,7 @@ pub(super) fn plan_gbuffer(
         textured: needs.textured,
         texels: scene.texels,
         material_id: material.is_some(),
-        moving: scene.objects,
+        animated: scene.objects,
         object_id: object.is_some(),
     };
     let opaque = gbuffer::Features { alpha_tested: false, ..run.features() }.shader();
@@ -149,10 +149,10 @@ pub(super) fn plan_shadows(
         let textures = scene.texels.filter(|_| facts.needs.alpha_tested);
         let materials = scene.materials;
         let run = ShadowMap {
-            light_view: light_view(plan, index, layer),
+            shadow_view: shadow_view(plan, index, layer),
             vertices: scene.vertices,
             alpha_tested: textures.map(|texels| shadow_map::AlphaTested { materials, texels }),
-            moving: scene.objects,
+            animated: scene.objects,
             triangles: None,
         };
         let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();

@@ -1,14 +1,14 @@
 //! Surfaces that emit light, as points that stand for their shares of them: area lights on the screen or not.
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
-use halflight_shared_shaders::light_views::emitters::{self, Emitters};
+use halflight_shared_shaders::reflective_shadow_maps::emitters::{self, Emitters};
 
 use crate::{gi::resolution::Level, scene::SceneFacts};
 
 /// Where the points go: two surfaces each, behind `first` others.
 pub struct EmitterPoints {
     /// Positions, `array<vec4f>`.
-    pub places: ResourceId,
+    pub positions: ResourceId,
     /// Light that they send, `array<vec4u>`.
     pub lights: ResourceId,
     /// Surfaces before them in both buffers.
@@ -30,15 +30,15 @@ pub fn plan_emitter_points(
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
     let indices = plan.scene_buffer("scene.indices", "its triangles");
     let materials = plan.scene_buffer("scene.materials", "the scene's materials");
-    let objects = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects move"));
     let run = Emitters {
         emitters: emitters_data,
         vertices,
         indices,
         materials,
-        places: to.places,
+        positions: to.positions,
         lights: to.lights,
-        moving: objects,
+        animated: objects,
         chosen: chosen.map(|(importances, receivers)| emitters::Chosen { surfels: receivers.surfels, importances }),
         params: emitters::Params {
             first: to.first,

@@ -3,8 +3,8 @@
 
 mod choices;
 pub mod emitters;
-pub mod feedback;
 mod inputs;
+pub mod previous_frame_bounce;
 pub mod resolution;
 pub mod rsm;
 pub mod scene_voxels;

@@ -117,7 +117,7 @@ impl Upsampling {
             coarse_indirect,
             indirect,
             float16: false,
-            openness: false,
+            ambient_visibility: false,
             to_display: None,
             surfels: Some(fine.surfels),
             // A level that gathered nothing binds any texture of the right kind; it is not read.
@@ -147,16 +147,16 @@ pub fn to_display(
         return light;
     }
     let size = plan.display_size;
-    let openness = plan.resources[light.0].format() == Some(Format::R32Float);
+    let ambient_visibility = plan.resources[light.0].format() == Some(Format::R32Float);
     // Surfels with the light as radiance.
     let packed = plan.resources[light.0].format() == Some(Format::Rgba32Uint);
-    let half = upsampling.storage == Storage::Float16 && !openness;
-    let format = match (openness, half) {
+    let half = upsampling.storage == Storage::Float16 && !ambient_visibility;
+    let format = match (ambient_visibility, half) {
         (true, _) => Format::R32Float,
         (false, true) => Format::Rgba16Float,
         (false, false) => Format::Rgba32Float,
     };
-    let what = if openness { name.replace('_', " ") } else { format!("{name} light") };
+    let what = if ambient_visibility { name.replace('_', " ") } else { format!("{name} light") };
     let display = plan.texture(name, size, format, format!("{what} at full resolution"));
     let pass = if name == "indirect" { "upsample".into() } else { format!("upsample_{name}") };
     let &Inputs { depth, normal, .. } = inputs;
@@ -167,7 +167,7 @@ pub fn to_display(
             depth,
             normal,
             float16: half,
-            openness,
+            ambient_visibility,
             packed,
             coarse_indirect: (!packed).then_some(light),
         };
@@ -181,7 +181,7 @@ pub fn to_display(
         coarse_indirect: light,
         indirect: display,
         float16: half,
-        openness,
+        ambient_visibility,
         to_display: Some(upsample::ToDisplay { depth, normal }),
         surfels: None,
         gathered: None,

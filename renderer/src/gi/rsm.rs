@@ -10,11 +10,11 @@ use crate::{
         resolution::Level,
     },
     parameters::SettingsError,
-    scene::{SceneFacts, ShadowLayer, light_projections, light_view, triangles},
+    scene::{SceneFacts, ShadowLayer, light_projections, shadow_view, triangles},
 };
 use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId};
 use halflight_shared_shaders::{
-    light_views::{
+    reflective_shadow_maps::{
         choose::{self, Choose},
         collect::{self, Collect},
         emitters,
@@ -26,7 +26,7 @@ use halflight_shared_shaders::{
 };
 
 /// Lit surfaces that stand for all that the lights light.
-pub struct VirtualLights {
+pub struct VirtualPointLights {
     /// `array<LightSurface>` of `light_views/light_surface.wgsl`, view space.
     pub lights: ResourceId,
     /// Number of lights.
@@ -44,9 +44,9 @@ pub struct LightPyramid {
 }
 
 /// Textures that each view is drawn into, one after another, and what drawing them takes.
-pub struct LightMaps {
+pub struct ReflectiveShadowMap {
     /// World position of each texel's surface.
-    pub place: ResourceId,
+    pub position: ResourceId,
     /// Its area, its normal and the radiance that it sends on.
     pub light: ResourceId,
     triangles: ResourceId,
@@ -63,12 +63,12 @@ fn scene_of<'a>(inputs: &Inputs<'a>, technique: &str) -> Result<&'a SceneFacts, 
     })
 }
 
-impl LightMaps {
+impl ReflectiveShadowMap {
     /// Plans the textures, `size` texels a side.
     pub fn new(plan: &mut FramePlan, size: u32) -> Self {
         let mut map = |name: &str, format, reason: &str| plan.texture(name, [size; 2], format, reason);
         Self {
-            place: map("light_view_place", Format::Rgba32Float, "what a light sees, one after another"),
+            position: map("light_view_place", Format::Rgba32Float, "what a light sees, one after another"),
             light: map("light_view_light", Format::Rgba32Uint, "what it sends there"),
             triangles: map("light_view_triangles", Format::R32Uint, "which triangle a light sees"),
             depth: map("light_view_depth_test", Gpu::DEPTH_FORMAT, "hidden surfaces"),
@@ -87,15 +87,15 @@ impl LightMaps {
         let lights = plan.scene_buffer("scene.lights", "the scene's lights");
         let texels = (scene.needs.textured || scene.needs.alpha_tested)
             .then(|| plan.scene_buffer("scene.texels", "materials with textures"));
-        let objects = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
-        let light_view = light_view(plan, index, view);
+        let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects move"));
+        let shadow_view = shadow_view(plan, index, view);
         let run = ShadowMap {
-            light_view,
+            shadow_view,
             vertices,
             alpha_tested: texels
                 .filter(|_| scene.needs.alpha_tested)
                 .map(|texels| shadow_map::AlphaTested { materials, texels }),
-            moving: objects,
+            animated: objects,
             triangles: Some(corners),
         };
         let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();
@@ -105,16 +105,16 @@ impl LightMaps {
             (self.depth, 0),
         );
         let run = LitSurfaces {
-            light_view,
+            shadow_view,
             vertices,
             indices,
             materials,
             lights,
             triangles: self.triangles,
-            place: self.place,
+            rsm_position: self.position,
             light: self.light,
             textured: texels.filter(|_| scene.needs.textured),
-            moving: objects,
+            animated: objects,
             receive_only,
             seen: scene.only_seen_surfaces_send.then_some(depth),
         };
@@ -129,19 +129,19 @@ impl LightMaps {
 ///
 /// # Errors
 /// Where only textures were given, without a scene and its lights.
-pub fn plan_light_maps(
+pub fn plan_reflective_shadow_maps(
     plan: &mut FramePlan,
     inputs: &Inputs,
     technique: &str,
     size: u32,
-    mut use_map: impl FnMut(&mut FramePlan, &LightMaps, usize, &ShadowLayer),
+    mut use_map: impl FnMut(&mut FramePlan, &ReflectiveShadowMap, usize, &ShadowLayer),
 ) -> Result<(), SettingsError> {
     let scene = scene_of(inputs, technique)?;
     let views = inputs.shadow_layers();
     if views.is_empty() {
         return Ok(());
     }
-    let maps = LightMaps::new(plan, size);
+    let maps = ReflectiveShadowMap::new(plan, size);
     for (index, view) in views.iter().enumerate() {
         maps.draw(plan, scene, inputs, index, view);
         use_map(plan, &maps, index, view);
@@ -150,7 +150,7 @@ pub fn plan_light_maps(
 }
 
 /// Whether some pass of the plan finds what lights see.
-pub fn has_light_views(plan: &FramePlan) -> bool {
+pub fn has_reflective_shadow_maps(plan: &FramePlan) -> bool {
     let shaders = [lit_surfaces::FILE, emitters::FILE];
     plan.passes.iter().any(|pass| shaders.contains(&pass.shader.file()))
 }
@@ -163,7 +163,7 @@ const EMITTER_POINTS: u32 = 1024;
 
 /// Bytes of a surface in either buffer that holds all of them, and of a virtual light.
 const ENTRY: u64 = 16;
-const VIRTUAL_LIGHT: u64 = 48;
+const VIRTUAL_POINT_LIGHT: u64 = 48;
 
 /// An error where `views` of `size` texels a side have more than `most` texels in all.
 fn refuse_too_large(technique: &str, size: u32, views: u64, most: u64) -> Result<(), SettingsError> {
@@ -203,9 +203,9 @@ pub fn plan_light_pyramid(
     let count: u64 = (0..levels).map(|level| u64::from(views) * u64::from(size >> level).pow(2)).sum();
     let texels = plan.buffer("light_pyramid", count * TEXEL, "surfaces that the lights light, at several scales");
     let projections = light_projections(plan, layers);
-    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, _| {
+    plan_reflective_shadow_maps(plan, inputs, technique, size, |plan, maps, index, _| {
         let params = keep::Params { first: index as u32 * size * size };
-        let run = Keep { place: maps.place, light: maps.light, light_pyramid: texels, params };
+        let run = Keep { rsm_position: maps.position, light: maps.light, light_pyramid: texels, params };
         plan.pass(Part::Technique, format!("keep_{index}"), run)
             .because("the next view is drawn into the same map")
             .over([size; 2]);
@@ -224,15 +224,15 @@ pub fn plan_light_pyramid(
 ///
 /// # Errors
 /// Where only textures were given, without a scene and its lights.
-pub fn plan_virtual_lights(
+pub fn plan_virtual_point_lights(
     plan: &mut FramePlan,
     inputs: &Inputs,
     technique: &str,
     size: u32,
     count: u32,
     receivers: &Level,
-    mut use_map: impl FnMut(&mut FramePlan, &LightMaps, usize, &ShadowLayer),
-) -> Result<Option<VirtualLights>, SettingsError> {
+    mut use_map: impl FnMut(&mut FramePlan, &ReflectiveShadowMap, usize, &ShadowLayer),
+) -> Result<Option<VirtualPointLights>, SettingsError> {
     let scene = scene_of(inputs, technique)?;
     let layers = inputs.shadow_layers();
     if layers.is_empty() && scene.emitters.is_empty() {
@@ -246,29 +246,41 @@ pub fn plan_virtual_lights(
     let surfaces = of_views + 2 * points;
     let mut buffer =
         |name: &str, entries: u32, bytes: u64, reason: &str| plan.buffer(name, u64::from(entries) * bytes, reason);
-    let places = buffer("lit_places", surfaces, ENTRY, "where the lights' surfaces are");
+    let positions = buffer("lit_places", surfaces, ENTRY, "where the lights' surfaces are");
     let lights = buffer("lit_radiance", surfaces, ENTRY, "what the lights' surfaces send on");
     let importances = buffer("importances", surfaces, 4, "what each of them would bring");
-    let chosen = VirtualLights {
-        lights: buffer("virtual_lights", count, VIRTUAL_LIGHT, "surfaces that stand for all of them"),
+    let chosen = VirtualPointLights {
+        lights: buffer("virtual_lights", count, VIRTUAL_POINT_LIGHT, "surfaces that stand for all of them"),
         count,
     };
-    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, view| {
+    plan_reflective_shadow_maps(plan, inputs, technique, size, |plan, maps, index, view| {
         let params = collect::Params { first: texels * index as u32, scale: receivers.scale as f32 };
-        let &LightMaps { place, light, .. } = maps;
-        let run = Collect { place, light, places, lights, surfels: receivers.surfels, importances, params };
+        let &ReflectiveShadowMap { position, light, .. } = maps;
+        let run = Collect {
+            rsm_position: position,
+            light,
+            positions,
+            lights,
+            surfels: receivers.surfels,
+            importances,
+            params,
+        };
         plan.pass(Part::Technique, format!("collect_{index}"), run)
             .because("what each surface would bring to what the camera sees")
             .over([size; 2]);
         use_map(plan, maps, index, view);
     })?;
     if points > 0 {
-        let to = EmitterPoints { places, lights, first: of_views, points };
+        let to = EmitterPoints { positions, lights, first: of_views, points };
         plan_emitter_points(plan, scene, &to, Some((importances, receivers)));
     }
     let params = choose::Params { surfaces, chosen: count };
-    plan.pass(Part::Technique, "choose", Choose { importances, places, lights, virtual_lights: chosen.lights, params })
-        .because(format!("{count} surfaces stand for all that are lit"))
-        .over([1, 1]);
+    plan.pass(
+        Part::Technique,
+        "choose",
+        Choose { importances, positions, lights, virtual_point_lights: chosen.lights, params },
+    )
+    .because(format!("{count} surfaces stand for all that are lit"))
+    .over([1, 1]);
     Ok(Some(chosen))
 }

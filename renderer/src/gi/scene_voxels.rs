@@ -9,8 +9,8 @@ use halflight_shared_shaders::scene_voxels::fill::{self, Fill};
 
 /// Invocations that share a triangle, at least.
 const FEWEST_ROWS: u32 = 8;
-/// `POINTS_A_CUBE` of fill.wgsl.
-const POINTS_A_CUBE: f64 = 1.5;
+/// `POINTS_PER_VOXEL` of fill.wgsl.
+const POINTS_PER_VOXEL: f64 = 1.5;
 /// Points that one invocation sets at most. Software drivers of the Mesa project leave the loops of an invocation after
 /// 65,535 turns, without a word; half of that is for loops around these.
 const MOST_POINTS: f64 = 32768.0;
@@ -18,7 +18,7 @@ const MOST_POINTS: f64 = 32768.0;
 /// Invocations that share a triangle, so that the largest one inside the grid is covered by all of them: its sides are no
 /// longer than the grid's diagonal, and it has half of their product of points.
 fn rows(resolution: u32) -> u32 {
-    let side = 3f64.sqrt() * f64::from(resolution) * POINTS_A_CUBE + 2.0;
+    let side = 3f64.sqrt() * f64::from(resolution) * POINTS_PER_VOXEL + 2.0;
     ((0.5 * side * side / MOST_POINTS).ceil() as u32).next_power_of_two().max(FEWEST_ROWS)
 }
 
@@ -28,7 +28,7 @@ pub struct SceneVoxels {
     /// `Grid` of `scene_voxels/grid.wgsl`.
     pub grid: ResourceId,
     /// One bit a cube.
-    pub cubes: ResourceId,
+    pub voxels: ResourceId,
 }
 
 /// Plans a grid with `resolution` cubes along the scene's longest side.
@@ -37,8 +37,8 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
     let longest = (high - low).max_element().max(f32::MIN_POSITIVE * 1e10);
     let width = longest / resolution as f32;
     // A cube more on each side keeps what lies on the border inside.
-    let cubes = ((high - low) / width).ceil().as_uvec3() + 2;
-    let size = [cubes.x.next_multiple_of(32), cubes.y, cubes.z];
+    let voxels = ((high - low) / width).ceil().as_uvec3() + 2;
+    let size = [voxels.x.next_multiple_of(32), voxels.y, voxels.z];
     // No wall of the bounding box lies on a border between cubes, where rounding would choose one.
     let origin = low - 0.63 * width;
     let words: [u32; 8] =
@@ -53,22 +53,22 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
             ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"));
         fill::AlphaTested { materials, texels }
     });
-    let moving = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let animated = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects move"));
     let rows = rows(resolution);
     let constants = fill::Constants { rows };
     plan.pass(
         Part::Technique,
         "scene_voxels",
-        Fill { grid, vertices, indices, cubes: bits, alpha_tested, moving, constants },
+        Fill { grid, vertices, indices, voxels: bits, alpha_tested, animated, constants },
     )
     .clear(bits)
-    .once(!scene.moving())
-    .because(match scene.moving() {
+    .once(!scene.animated())
+    .because(match scene.animated() {
         true => "what stands between surfaces, on the screen or not",
         false => "what stands between surfaces, on the screen or not; once, as nothing moves",
     })
     .over([scene.triangles.max(1), rows]);
-    SceneVoxels { grid, cubes: bits }
+    SceneVoxels { grid, voxels: bits }
 }
 
 /// Whether some pass of the plan fills such a grid.

@@ -120,7 +120,7 @@ pub fn environment_of(plan: &mut FramePlan, inputs: &Inputs) -> Option<ResourceI
 /// Plans the spatial filter: `count` passes, the taps of each twice as far apart as those of the one before.
 pub fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) -> ResourceId {
     let format = plan.resources[noisy.0].format().unwrap_or(Format::Rgba32Float);
-    let openness = format == Format::R32Float;
+    let ambient_visibility = format == Format::R32Float;
     let packed = format == Format::Rgba32Uint;
     (0..count).fold(noisy, |noisy, turn| {
         let spacing = 1u32 << turn;
@@ -128,7 +128,7 @@ pub fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u
         let run = Denoise {
             surfels: if packed { noisy } else { level.surfels },
             smoothed,
-            openness,
+            ambient_visibility,
             packed,
             noisy: (!packed).then_some(noisy),
             params: denoise::Params { scale: level.scale as f32, spacing },

@@ -67,7 +67,7 @@ fn filter(
         history: history.now,
         filtered,
         float16: half,
-        moving: inputs.motion.map(|MotionInputs { object, objects }| temporal::Moving { object, objects }),
+        animated: inputs.motion.map(|MotionInputs { object, objects }| temporal::Animated { object, objects }),
         glossy: material.map(|material| temporal::Glossy {
             material,
             materials: plan.scene_buffer("scene.materials", "glossy materials"),

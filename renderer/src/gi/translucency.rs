@@ -4,8 +4,8 @@
 use wgpu::TextureFormat as Format;
 
 use crate::{
-    gi::{Inputs, rsm::LightMaps},
-    scene::{ShadowLayer, light_view},
+    gi::{Inputs, rsm::ReflectiveShadowMap},
+    scene::{ShadowLayer, shadow_view},
 };
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_shared_shaders::translucency;
@@ -26,7 +26,7 @@ impl<'a> Translucency<'a> {
     }
 
     /// Plans what the light of this view sends through.
-    pub fn add(&mut self, plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer) {
+    pub fn add(&mut self, plan: &mut FramePlan, maps: &ReflectiveShadowMap, index: usize, view: &ShadowLayer) {
         let Some(material) = self.material else { return };
         let size = plan.display_size;
         // No pass may read what it writes.
@@ -35,13 +35,13 @@ impl<'a> Translucency<'a> {
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
         let lights = plan.scene_buffer("scene.lights", "the scene's lights");
         let run = translucency::Translucency {
-            light_view: light_view(plan, index, view),
+            shadow_view: shadow_view(plan, index, view),
             depth: self.inputs.depth,
             normal: self.inputs.normal,
             material,
             materials,
             lights,
-            place: maps.place,
+            rsm_position: maps.position,
             transmitted: sum,
             further: self.sum,
         };

@@ -83,9 +83,9 @@ pub struct SceneBuffers {
     /// Indices of the meshes that are not, and have no cut-outs.
     pub open: Vec<Range<u32>>,
     /// Indices of the meshes that have cut-outs.
-    pub cut_out: Vec<Range<u32>>,
+    pub alpha_masked: Vec<Range<u32>>,
     /// Indices of the meshes that have none.
-    pub without_cut_outs: Vec<Range<u32>>,
+    pub without_alpha_masked: Vec<Range<u32>>,
     /// Number of lights; 0 for an unlit scene.
     pub light_count: u32,
     /// What [`NumberedTriangles`] are made from, where a plan asks for them.
@@ -125,7 +125,7 @@ impl SceneBuffers {
             })
             .collect();
         let lights = lights(&scene.pose(0).lights);
-        let cut_out = |mesh: &Mesh| scene.materials.get(mesh.material).is_some_and(|m| m.alpha_texture.is_some());
+        let alpha_masked = |mesh: &Mesh| scene.materials.get(mesh.material).is_some_and(|m| m.alpha_texture.is_some());
         let storage = |label, bytes: &[u8], size: usize, usage| {
             let empty = vec![0u8; size];
             let contents = if bytes.is_empty() { &empty } else { bytes };
@@ -154,9 +154,9 @@ impl SceneBuffers {
                 .map(|environment| storage("scene.environment", cast_slice(&environment_words(environment)), 16, none)),
             index_count: indices.len() as u32,
             solid: ranges(scene, |mesh| scene.is_solid(mesh)),
-            open: ranges(scene, |mesh| !scene.is_solid(mesh) && !cut_out(mesh)),
-            cut_out: ranges(scene, cut_out),
-            without_cut_outs: ranges(scene, |mesh| !cut_out(mesh)),
+            open: ranges(scene, |mesh| !scene.is_solid(mesh) && !alpha_masked(mesh)),
+            alpha_masked: ranges(scene, alpha_masked),
+            without_alpha_masked: ranges(scene, |mesh| !alpha_masked(mesh)),
             light_count: lights.len() as u32,
             vertex_count: vertices.len() as u32,
             corners: indices,
@@ -219,8 +219,8 @@ impl Provider for SceneBuffers {
             triangles::ALL | triangles::NUMBERED => std::iter::once(0..self.index_count).collect(),
             triangles::SOLID => self.solid.clone(),
             triangles::OPEN => self.open.clone(),
-            triangles::ALPHA_TESTED | triangles::NUMBERED_ALPHA_TESTED => self.cut_out.clone(),
-            triangles::OPAQUE | triangles::NUMBERED_OPAQUE => self.without_cut_outs.clone(),
+            triangles::ALPHA_TESTED | triangles::NUMBERED_ALPHA_TESTED => self.alpha_masked.clone(),
+            triangles::OPAQUE | triangles::NUMBERED_OPAQUE => self.without_alpha_masked.clone(),
             _ => return None,
         };
         Some(Triangles { indices, ranges })

@@ -62,7 +62,7 @@ impl SceneFacts {
     }
 
     /// Whether some mesh moves.
-    pub fn moving(&self) -> bool {
+    pub fn animated(&self) -> bool {
         self.needs.moving_objects > 0
     }
 
@@ -73,6 +73,6 @@ impl SceneFacts {
 
     /// Whether some mesh does not, and is not alpha-masked.
     pub fn open_meshes(&self) -> bool {
-        self.needs.open_meshes > self.needs.cut_out_meshes
+        self.needs.open_meshes > self.needs.alpha_masked_meshes
     }
 }

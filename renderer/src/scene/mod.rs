@@ -3,16 +3,16 @@
 mod buffers;
 mod emitters;
 mod facts;
-mod light_views;
 mod motion;
 pub(crate) mod shadow;
+mod shadow_views;
 
 pub use buffers::{SceneBuffers, triangles};
 pub use emitters::EmittingTriangle;
 pub use facts::SceneFacts;
-pub use light_views::{light_projections, light_view, shadow_entries};
 pub use motion::SceneMotion;
 pub use shadow::ShadowLayer;
+pub use shadow_views::{light_projections, shadow_entries, shadow_view};
 
 use halflight_frame_graph::View;
 use halflight_scenes::Camera;

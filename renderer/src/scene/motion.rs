@@ -6,8 +6,8 @@ use halflight_scenes::Scene;
 
 use super::{
     buffers::{Object, SceneBuffers, lights},
-    light_views,
     shadow::{shadow_bounds, shadow_layers},
+    shadow_views,
 };
 
 /// The moving parts of a scene that was uploaded.
@@ -38,7 +38,7 @@ impl<'a> SceneMotion<'a> {
         let still = view.frame > 0 && pose == self.scene.pose(view.frame - 1);
         view.continuity = match (pose.cut, still) {
             (true, _) => Continuity::Cut,
-            (_, true) => Continuity::Still,
+            (_, true) => Continuity::Static,
             _ => Continuity::Changing,
         };
     }
@@ -60,6 +60,6 @@ impl<'a> SceneMotion<'a> {
         let Some(buffer) = &self.lights else { return };
         gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&lights(&pose.lights)));
         let layers = shadow_layers(&pose.lights, self.bounds);
-        graph.write_changed(gpu, |handle| light_views::contents(handle, &layers));
+        graph.write_changed(gpu, |handle| shadow_views::contents(handle, &layers));
     }
 }

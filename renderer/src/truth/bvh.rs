@@ -94,12 +94,12 @@ fn triangles(scene: &Scene) -> (Vec<Triangle>, Vec<Source<'_>>) {
 /// For each texture the index of its first texel in `SceneBuffers::texels`, where width and height stand before the
 /// texels, and its size: height in the upper 16 bits.
 fn mask_places(scene: &Scene) -> Vec<[u32; 2]> {
-    let places = scene.textures.iter().scan(0, |end, texture| {
+    let positions = scene.textures.iter().scan(0, |end, texture| {
         let start = *end + 2;
         *end = start + texture.width * texture.height;
         Some([start, texture.width | texture.height << 16])
     });
-    places.collect()
+    positions.collect()
 }
 
 /// Parameters by measurement on the atrium under lavapipe: splitting the boxes of large triangles gains 10 % in rays a

@@ -14,10 +14,11 @@ import package::common::plane::{plane_gradient, plane_inverse_depth, plane_radia
 import package::common::surfel::surfel_depth;
 @if(light && packed) import package::common::surfel::with_radiance;
 import package::common::slice::{
-    Screen, Receiver, Slice, Side, Strides, Place, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
-    place_at, place_on, ray_of, ray_at, begin_of, Before, BEHIND_ALL, NEAREST, is_within, back_of, arc_of_side, turn_of,
+    Screen, Receiver, Slice, Side, Strides, TexelPosition, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
+    position_at, position_on, ray_of, ray_at, begin_of, Before, BEHIND_ALL, NEAREST, is_within, back_of, arc_of_side, angle_of,
 };
 @if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor, latlong, small_map};
+import package::common::streams::{SLICE_STREAM, SECTOR_STREAM};
 import package::bitmask::sectors::{Mask, sectors, count_sectors};
 
 struct Params {
@@ -41,23 +42,20 @@ struct Params {
 
 @if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
-override SLICES: u32 = 1u;
-override STEPS: u32 = 12u;
-override SECTORS: u32 = 32u;
-override SPACING: u32 = 1u;
-override JITTER: bool = true;
-override RADIOMETRIC: bool = true;
+override SLICES: u32;
+override STEPS: u32;
+override SECTORS: u32;
+override SPACING: u32;
+override JITTER: bool;
+override RADIOMETRIC: bool;
 // Whether a filter averages successive frames, which then share out the random numbers between them.
-override OVER_FRAMES: bool = false;
+override OVER_FRAMES: bool;
 
 // How light of the environment is found: 0 from the normal, 1 from the bent normal, 2 through open sectors.
-@if(ambient && light) override AMBIENT: u32 = 2u;
+@if(ambient && light) override AMBIENT: u32;
 /// Directions of a slice that look the environment up (Figure 7).
 @if(ambient && light) const DIRECTIONS: u32 = 4u;
 
-// Streams of random numbers.
-const SLICE_STREAM: u32 = 2048u;
-const SECTOR_STREAM: u32 = 2049u;
 // Successive slices of a pixel jitter their steps apart by the golden ratio.
 const GOLDEN: f32 = 0.6180339887498949;
 
@@ -93,13 +91,13 @@ fn scale_of(slice: Slice, sign: f32, rounding: f32) -> Scale {
     return Scale((0.5 * PI - slice.angle) * count + lowest, 0.0, 0.0, sign * count, end, slice.cos_angle, sin_angle);
 }
 
-fn sector_of(scale: Scale, place: vec2f) -> f32 {
-    let h = turn_of(place);
+fn sector_of(scale: Scale, position: vec2f) -> f32 {
+    let h = angle_of(position);
     var sector = scale.base + scale.of_angle * h.angle;
     if RADIOMETRIC {
         sector += -scale.of_cosine * h.cosine - scale.of_sine * h.sine;
     }
-    return select(scale.end, sector, place.x * scale.cos_angle + place.y * scale.sin_angle > 0.0);
+    return select(scale.end, sector, position.x * scale.cos_angle + position.y * scale.sin_angle > 0.0);
 }
 
 /// What a slice knows as its steps go on.
@@ -139,7 +137,7 @@ fn take(
     walk: ptr<function, Walk>,
     receiver: Receiver,
     reach: Reach,
-    seen: Place,
+    seen: TexelPosition,
     words: vec4u,
     screen: Screen,
 ) {
@@ -148,14 +146,14 @@ fn take(
     let end = (*walk).end;
     let plane = plane_of(receiver, side, words, seen.offset, way);
     let ray = ray_of(receiver, side, way);
-    let place = place_at(receiver, ray, plane.here);
-    var nearest = place;
-    var farthest = place;
+    let position = position_at(receiver, ray, plane.here);
+    var nearest = position;
+    var farthest = position;
     if RADIOMETRIC {
         // Along a plane whose front faces the receiver the angle from the eye falls, along others it grows.
         let start = begin_of(plane, (*walk).begin, way, (*walk).before);
-        nearest = place_on(plane, receiver, side, select(start, end, plane.faces));
-        farthest = place_on(plane, receiver, side, select(end, start, plane.faces));
+        nearest = position_on(plane, receiver, side, select(start, end, plane.faces));
+        farthest = position_on(plane, receiver, side, select(end, start, plane.faces));
     }
     // The back lies farther from the eye by the thickness of what is there.
     let back = back_of(farthest, ray * inverseSqrt(dot(ray, ray)), reach.thickness, reach.thickness_slope);
@@ -164,7 +162,7 @@ fn take(
     let far_end = sector_of((*walk).scale, back);
     let first = nearest_whole(select(far_end, near_end, side.sign > 0.0));
     let last = nearest_whole(select(near_end, far_end, side.sign > 0.0));
-    let hidden = sectors(first, select(first, last, is_within(place, reach.radius)));
+    let hidden = sectors(first, select(first, last, is_within(position, reach.radius)));
     @if(light) {
         let fresh = count_sectors(hidden & ~(*state).mask);
         var weight = select(0.0, fresh, plane.faces);

@@ -11,6 +11,10 @@ const LARGEST_RADIANCE: f32 = 1e30;
 const WHOLE: f32 = 12582912.0;
 const WHOLE_BITS: i32 = 0x4b400000;
 
+/// Cosine and sine of the golden angle. Directions that rotate by it fill the circle evenly, whatever their number (Vogel
+/// 1979).
+const GOLDEN_ROTATION: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
+
 /// The whole number nearest to `x`, |x| < 2^22: two instructions where a conversion, which must saturate, takes up to four.
 fn nearest_whole(x: f32) -> i32 {
     return bitcast<i32>(x + WHOLE) - WHOLE_BITS;

@@ -93,14 +93,14 @@ fn slice_of(receiver: Receiver, half_turns: f32) -> Slice {
     let y = dot(receiver.normal, tangent);
     let square = x * x + y * y;
     let inverse = inverseSqrt(square);
-    let angle = turn_of(vec2f(x, abs(y))).angle;
+    let angle = angle_of(vec2f(x, abs(y))).angle;
     return Slice(tangent, square * inverse, select(-angle, angle, y > 0.0), x * inverse, y * inverse);
 }
 
 /// Cosine-weighted solid angle of a slice from the direction to the eye to angle h on one side, for a projected normal
 /// of length 1 (Jimenez et al. 2016, Equation 7). `sin_angle` is that of the normal, its sign turned where the side is the
 /// one away from the tangent. Multiplied by `weight`, its mean over all azimuths is the share of the hemisphere.
-fn arc(h: Turn, cos_angle: f32, sin_angle: f32) -> f32 {
+fn arc(h: Angle, cos_angle: f32, sin_angle: f32) -> f32 {
     return 0.25 * ((1.0 - h.cosine) * cos_angle + (2.0 * h.angle - h.sine) * sin_angle);
 }
 
@@ -192,15 +192,15 @@ struct Plane {
 }
 
 /// What is seen `way` pixels from the receiver: texel, and the way to there from its middle, in texels.
-struct Place {
+struct TexelPosition {
     texel: vec2i,
     offset: vec2f,
 }
 
-fn seen_at(side: Side, way: f32) -> Place {
+fn seen_at(side: Side, way: f32) -> TexelPosition {
     let at = side.start + way * side.step;
     let texel = nearest_whole2(at);
-    return Place(texel, at - vec2f(texel));
+    return TexelPosition(texel, at - vec2f(texel));
 }
 
 /// The plane of a texel that is seen there.
@@ -215,27 +215,27 @@ fn plane_of(receiver: Receiver, side: Side, words: vec4u, offset: vec2f, way: f3
 
 /// A place that is seen along `ray`: coordinates in the slice times one over its depth, which stands in z. Directions need
 /// no division so.
-fn place_at(receiver: Receiver, ray: vec2f, inverse: f32) -> vec3f {
+fn position_at(receiver: Receiver, ray: vec2f, inverse: f32) -> vec3f {
     return vec3f(receiver.ray_length * inverse + ray.x, ray.y, inverse);
 }
 
 /// Where the plane is seen `way` pixels from the receiver.
-fn place_on(plane: Plane, receiver: Receiver, side: Side, way: f32) -> vec3f {
+fn position_on(plane: Plane, receiver: Receiver, side: Side, way: f32) -> vec3f {
     // The plane of a texel is not followed to other depths than about its own.
     let inverse = least(most(plane.first + way * plane.change, 0.5 * plane.own), 2.0 * plane.own);
-    return place_at(receiver, ray_of(receiver, side, way), inverse);
+    return position_at(receiver, ray_of(receiver, side, way), inverse);
 }
 
 /// Whether a place is within a radius, in the receiver's depth. The sky, at an inverse depth of 0, never is.
-fn is_within(place: vec3f, radius: f32) -> bool {
-    let reach = radius * place.z;
-    return dot(place.xy, place.xy) <= reach * reach;
+fn is_within(position: vec3f, radius: f32) -> bool {
+    let reach = radius * position.z;
+    return dot(position.xy, position.xy) <= reach * reach;
 }
 
 /// The back of a place: farther from the eye by a thickness, in the receiver's depth, and by `slope` of its depth. `away`
 /// is the unit vector away from the eye.
-fn back_of(place: vec3f, away: vec2f, thickness: f32, slope: f32) -> vec2f {
-    return place.xy + away * (thickness * place.z + slope);
+fn back_of(position: vec3f, away: vec2f, thickness: f32, slope: f32) -> vec2f {
+    return position.xy + away * (thickness * position.z + slope);
 }
 
 /// What the sample before showed: where it stood, and one over its depth; BEHIND_ALL for the sky.
@@ -261,7 +261,7 @@ fn begin_of(plane: Plane, begin: f32, way: f32, before: Before) -> f32 {
 }
 
 /// An angle h from the direction to the eye, 0..pi, and the cosine and sine of its double.
-struct Turn {
+struct Angle {
     angle: f32,
     cosine: f32,
     sine: f32,
@@ -270,24 +270,24 @@ struct Turn {
 /// That of a place other than the receiver, y >= 0. Doubles of angles need one division and no square root, and h itself is a polynomial in them:
 /// h = pi/4 - c p(s) for an h up to pi/2, c = cos 2h, s = sin 2h, p(s) = acos(s) / (2 sqrt(1 - s^2)); minimax, within 6e-5
 /// radians, a two-thousandth of one of 64 sectors.
-fn turn_of(place: vec2f) -> Turn {
-    let x = place.x * place.x;
-    let y = place.y * place.y;
+fn angle_of(position: vec2f) -> Angle {
+    let x = position.x * position.x;
+    let y = position.y * position.y;
     let inverse = 1.0 / (x + y);
     let cosine = (x - y) * inverse;
-    let sine = 2.0 * place.x * place.y * inverse;
+    let sine = 2.0 * position.x * position.y * inverse;
     let s = abs(sine);
     // Factors of s^2 apart, so that products do not wait for one another.
     let w = s * s;
     let p = (0.0652049125 * w + 0.3651058225) * w + 0.7853981634 - (0.2174832319 * w + 0.4978230016) * s;
     // From pi/2 to either side.
     let from_middle = cosine * p + 0.25 * PI;
-    return Turn(0.5 * PI - select(from_middle, -from_middle, place.x < 0.0), cosine, sine);
+    return Angle(0.5 * PI - select(from_middle, -from_middle, position.x < 0.0), cosine, sine);
 }
 
 /// `arc` up to a place on one side, at most to the plane of the surface.
-fn arc_to(place: vec2f, slice: Slice, sign: f32) -> f32 {
+fn arc_to(position: vec2f, slice: Slice, sign: f32) -> f32 {
     let sin_angle = sign * slice.sin_angle;
-    let above = place.x * slice.cos_angle + place.y * sin_angle > 0.0;
-    return arc(turn_of(select(vec2f(-sin_angle, slice.cos_angle), place, above)), slice.cos_angle, sin_angle);
+    let above = position.x * slice.cos_angle + position.y * sin_angle > 0.0;
+    return arc(angle_of(select(vec2f(-sin_angle, slice.cos_angle), position, above)), slice.cos_angle, sin_angle);
 }

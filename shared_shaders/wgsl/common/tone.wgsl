@@ -1,6 +1,6 @@
 // From linear radiance to display values, and small helpers of the shaders that show a texture. Twin of
 // `metrics/src/tone.rs`, where the curve is explained; a test compares the two.
-import package::scan::tally::kinds;
+import package::non_finite::tally::kinds;
 
 /// Display-linear value up to which the picture is exactly proportional to radiance.
 const SHOULDER_START: f32 = 0.8;

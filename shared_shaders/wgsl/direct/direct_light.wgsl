@@ -29,7 +29,7 @@ struct ShadowLayer {
 }
 
 @if(lit)
-override LIGHTS: u32 = 1u;
+override LIGHTS: u32;
 
 /// Face of a cube that a direction points to: +x, -x, +y, -y, +z, -z.
 @if(lit)

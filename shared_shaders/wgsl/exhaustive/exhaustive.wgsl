@@ -17,7 +17,7 @@ struct Params {
 @group(0) @binding(5) var partial_sum: texture_2d<f32>;
 @group(0) @binding(6) var indirect: texture_storage_2d<rgba32float, write>;
 
-override POINT_TO_DISC: bool = true;
+override POINT_TO_DISC: bool;
 
 @compute @workgroup_size(8, 8)
 fn exhaustive(@builtin(global_invocation_id) id: vec3u) {

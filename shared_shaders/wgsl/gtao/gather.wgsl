@@ -5,9 +5,10 @@ import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
 import package::common::slice::{
-    Screen, Receiver, Slice, Side, Strides, Place, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
-    place_at, ray_of, arc_to,
+    Screen, Receiver, Slice, Side, Strides, TexelPosition, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
+    position_at, ray_of, arc_to,
 };
+import package::common::streams::SLICE_STREAM;
 
 struct Params {
     // Width of a texel in full-resolution pixels.
@@ -24,15 +25,13 @@ struct Params {
 @group(0) @binding(5) var planes: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
-override SLICES: u32 = 1u;
-override STEPS: u32 = 12u;
-override SPACING: u32 = 1u;
-override JITTER: bool = true;
+override SLICES: u32;
+override STEPS: u32;
+override SPACING: u32;
+override JITTER: bool;
 // Whether there is a falloff.
-override FALLS: bool = false;
+override FALLS: bool;
 
-// Streams of random numbers, and what sets successive slices apart: those of the bitmask, so that both see the same samples.
-const SLICE_STREAM: u32 = 2048u;
 const GOLDEN: f32 = 0.6180339887498949;
 
 /// One side of a slice, where its next sample stands, and the cosine of its horizon so far, from that of the surface's plane.
@@ -52,14 +51,14 @@ fn begin_walk(receiver: Receiver, slice: Slice, radius: f32, sign: f32, jitter: 
 }
 
 /// Takes in what the texel of the walk's sample shows, and steps on. `fade` is one over the length on which weights fall.
-fn take(walk: ptr<function, Walk>, receiver: Receiver, radius: f32, fade: f32, seen: Place, words: vec4u) {
+fn take(walk: ptr<function, Walk>, receiver: Receiver, radius: f32, fade: f32, seen: TexelPosition, words: vec4u) {
     let side = (*walk).side;
     let lowest = (*walk).lowest;
     let plane = plane_of(receiver, side, words, seen.offset, (*walk).way);
-    let place = place_at(receiver, ray_of(receiver, side, (*walk).way), plane.here);
-    var cosine = place.x * inverseSqrt(dot(place.xy, place.xy));
+    let position = position_at(receiver, ray_of(receiver, side, (*walk).way), plane.here);
+    var cosine = position.x * inverseSqrt(dot(position.xy, position.xy));
     if FALLS {
-        let distance = length(place.xy) / most(place.z, 1e-15);
+        let distance = length(position.xy) / most(position.z, 1e-15);
         cosine = mix(lowest, cosine, saturate((radius - distance) * fade));
     }
     (*walk).horizon = most(select(lowest, cosine, plane.own > 0.0), (*walk).horizon);

@@ -3,6 +3,7 @@
 // With `glossy`, what it sends on in its mirror direction towards the eye, for each unit of Ks (2010, section 4).
 // With `visibility`, only from what the voxel grid does not hide (2010). With `near`, only from what is closer than a border:
 // the rest comes from the lights' views.
+import package::common::math::GOLDEN_ROTATION;
 @if(visibility) import package::common::math::largest;
 import package::common::math::spread2;
 import package::common::view::{View, SKY_DEPTH};
@@ -15,11 +16,12 @@ import package::common::surfel::{
     LobeOnScreen, phong_lobe, screen_direction, draw_angle, inverse_density, lobe_on_screen, draw_heading, draw_square,
 };
 import package::common::form_factor::{form_factor, pixel_area_factor};
-@if(visibility) import package::common::voxels::{
+@if(visibility) import package::common::froxels::{
     Slices, slices_of_range, slice_of_depth, slice_thickness, slice_mask, WORD_SHIFT,
 };
+@if(visibility) import package::common::streams::HIERARCHICAL_VISIBILITY_STREAM;
 @if(visibility) import package::hierarchical::march::{
-    March, begin_march, slice_at, clear_of_plane, place_of_fraction,
+    March, begin_march, slice_at, clear_of_plane, screen_fraction,
 };
 
 struct Params {
@@ -35,7 +37,7 @@ struct Params {
     // Stream of random numbers: the level.
     level: u32,
     // Border between what the screen and what the lights' views send, scene units.
-    @if(near) border: f32,
+    @if(near) near_field_distance: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -43,27 +45,21 @@ struct Params {
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(visibility) @group(0) @binding(4) var<storage, read> depth_range: array<u32>;
-@if(visibility) @group(0) @binding(5) var voxels: texture_2d_array<u32>;
+@if(visibility) @group(0) @binding(5) var froxels: texture_2d_array<u32>;
 @if(glossy) @group(0) @binding(8) var material: texture_2d<u32>;
 @if(glossy) @group(0) @binding(9) var<storage, read> materials: array<Material>;
 
-override SAMPLES: u32 = 64u;
+override SAMPLES: u32;
 // Equation 4 (true) or Equation 3 (false).
-override POINT_TO_DISC: bool = true;
+override POINT_TO_DISC: bool;
 // How samples are drawn: as many everywhere (0), in the paper's screen directions (1), where the mirror lobe's light
 // comes from (2).
-@if(glossy) override IMPORTANCE: u32 = 2u;
+@if(glossy) override IMPORTANCE: u32;
 // Successive samples that share one ray through the grid.
-@if(visibility) override SAMPLES_PER_RAY: u32 = 16u;
+@if(visibility) override SAMPLES_PER_RAY: u32;
 // Whether a filter averages successive frames, which then share out the directions between them.
-override OVER_FRAMES: bool = false;
+override OVER_FRAMES: bool;
 
-// cos and sin of the golden angle: successive samples turn by it, which spreads any number of them
-// evenly over the circle (Vogel 1979).
-const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
-
-// Streams of random numbers after those of the levels of all bounces.
-@if(visibility) const VISIBILITY_STREAM: u32 = 1024u;
 // The largest float under 1: a number that shares are compared with stays under a share of all.
 @if(visibility) const BELOW_ONE: f32 = 0.99999994;
 // Under this, light counts as none.
@@ -73,7 +69,7 @@ const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
 @if(visibility)
 struct End {
     // Place in texels of the level, view ray with z = -1, depth, normal of any length.
-    place: vec2f,
+    texel: vec2f,
     ray: vec3f,
     depth: f32,
     normal: vec3f,
@@ -118,12 +114,12 @@ fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
         return true;
     }
     var march = begin_march(
-        receiver.place,
-        source.place,
+        receiver.texel,
+        source.texel,
         source.depth,
         vec2f(slice_of_depth(1.0 / unit, slices), slices.per_octave),
-        place_of_fraction(near, source.depth),
-        place_of_fraction(far, source.depth),
+        screen_fraction(near, source.depth),
+        screen_fraction(far, source.depth),
     );
     var blockers = 0u;
     while march.at < march.end && blockers == 0u {
@@ -132,11 +128,11 @@ fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
         let first = min(march.entry, slice);
         let last = max(march.entry, slice);
         let word = first >> WORD_SHIFT;
-        blockers = textureLoad(voxels, march.column, word, 0).x & slice_mask(first, last, word);
+        blockers = textureLoad(froxels, march.column, word, 0).x & slice_mask(first, last, word);
         // Rarely other words hold the rest.
         if word != (last >> WORD_SHIFT) {
             for (var next = word + 1; next <= (last >> WORD_SHIFT); next++) {
-                blockers |= textureLoad(voxels, march.column, next, 0).x & slice_mask(first, last, next);
+                blockers |= textureLoad(froxels, march.column, next, 0).x & slice_mask(first, last, next);
             }
         }
         march.entry = slice;
@@ -192,17 +188,17 @@ fn sample_factor(receiver: Receiver, point: vec2f, words: vec4u) -> f32 {
         POINT_TO_DISC,
     );
     // Outside, a load may give any texel, whose factor is finite all the same.
-    @if(near) let border = params.border * receiver.unit;
-    @if(near && !glossy) { return select(0.0, factor, on_screen && dot(toward, toward) < border * border); }
+    @if(near) let near_field_distance = params.near_field_distance * receiver.unit;
+    @if(near && !glossy) { return select(0.0, factor, on_screen && dot(toward, toward) < near_field_distance * near_field_distance); }
     @if(!near && !glossy) { return select(0.0, factor, on_screen); }
     @if(glossy) { return select(0.0, factor * lobe, on_screen); }
 }
 
 /// The direction to the next sample.
-fn turned(direction: vec2f) -> vec2f {
+fn rotated(direction: vec2f) -> vec2f {
     return vec2f(
-        direction.x * TURN.x - direction.y * TURN.y,
-        direction.x * TURN.y + direction.y * TURN.x,
+        direction.x * GOLDEN_ROTATION.x - direction.y * GOLDEN_ROTATION.y,
+        direction.x * GOLDEN_ROTATION.y + direction.y * GOLDEN_ROTATION.x,
     );
 }
 
@@ -325,7 +321,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             @if(glossy) let drawn = draw_sample(draw, i);
             @if(glossy) let point = centre + drawn.xy;
             @if(!glossy) let point = centre + sqrt(square) * direction;
-            @if(!glossy) { square += step; direction = turned(direction); }
+            @if(!glossy) { square += step; direction = rotated(direction); }
             let words = textureLoad(surfels, vec2i(floor(point)), 0);
             @if(!glossy) { sum += surfel_radiance(words) * sample_factor(receiver, point, words); }
             @if(glossy) { sum += surfel_radiance(words) * (sample_factor(receiver, point, words) * drawn.z); }
@@ -334,7 +330,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     @if(visibility) {
         let here = end_at(own, vec2f(id.xy), unit);
         let slices = slices_of_range(depth_range[0], depth_range[1]);
-        var choice = spread2(id.xy, view.frame, params.level + VISIBILITY_STREAM, view.seed, OVER_FRAMES).x;
+        var choice = spread2(id.xy, view.frame, params.level + HIERARCHICAL_VISIBILITY_STREAM, view.seed, OVER_FRAMES).x;
         for (var first = 0u; first < SAMPLES; first += SAMPLES_PER_RAY) {
             // One sample of these few is picked, in proportion to what it would bring, and stands for them where it is
             // seen (resampled importance sampling, Talbot et al. 2005): the mean stays, rays are saved.
@@ -345,7 +341,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 @if(glossy) let drawn = draw_sample(draw, first + i);
                 @if(glossy) let point = centre + drawn.xy;
                 @if(!glossy) let point = centre + sqrt(square) * direction;
-                @if(!glossy) { square += step; direction = turned(direction); }
+                @if(!glossy) { square += step; direction = rotated(direction); }
                 let words = textureLoad(surfels, vec2i(floor(point)), 0);
                 var light = largest(surfel_radiance(words)) * sample_factor(receiver, point, words);
                 @if(glossy) { light *= drawn.z; }

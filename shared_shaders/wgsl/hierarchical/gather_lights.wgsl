@@ -5,14 +5,17 @@
 // one over the square of the distance in it. `lit` where the scene has lights; with `emitters`, points on surfaces that emit
 // send too, from any side. With `near`, pairs closer than a border are left to the screen, whose light
 // is added.
+@if(lit) import package::common::math::GOLDEN_ROTATION;
 import package::common::math::{LARGEST_RADIANCE, PI, spread2};
 @if(visibility) import package::common::math::largest;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
-@if(lit) import package::light_views::light_pyramid::{level_start, unpack_texel};
-import package::light_views::light_surface::LightSurface;
-@if(emitters) import package::light_views::light_surface::unpack_light;
-import package::light_views::transfer::transfer;
+import package::common::streams::LIGHT_STREAM;
+@if(visibility) import package::common::streams::LIGHT_VISIBILITY_STREAM;
+@if(lit) import package::reflective_shadow_maps::light_pyramid::{level_start, unpack_texel};
+import package::reflective_shadow_maps::light_surface::LightSurface;
+@if(emitters) import package::reflective_shadow_maps::light_surface::unpack_light;
+import package::reflective_shadow_maps::transfer::transfer;
 @if(visibility) import package::scene_voxels::candidates::{Candidates, with_candidate, next_choice};
 @if(visibility) import package::scene_voxels::sees::{ray_end, sees};
 
@@ -29,7 +32,7 @@ struct Params {
     inner_square: f32,
     outer_square: f32,
     // Border between near and far, scene units.
-    border: f32,
+    near_field_distance: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -41,34 +44,31 @@ struct Params {
 @if(lit) @group(0) @binding(5) var<storage, read> light_projections: array<mat4x4f>;
 @if(near) @group(0) @binding(6) var near_light: texture_2d<f32>;
 // Points on emitters, both sides, world space.
-@if(emitters) @group(0) @binding(7) var<storage, read> emitter_places: array<vec4f>;
+@if(emitters) @group(0) @binding(7) var<storage, read> emitter_positions: array<vec4f>;
 @if(emitters) @group(0) @binding(8) var<storage, read> emitter_lights: array<vec4u>;
 
 // Samples of each level of each view.
-@if(lit) override LIGHT_SAMPLES: u32 = 64u;
+@if(lit) override LIGHT_SAMPLES: u32;
 // Successive samples of which one is picked, by what it would bring, and tested for visibility.
-@if(visibility) override SAMPLES_PER_RAY: u32 = 16u;
+@if(visibility) override SAMPLES_PER_RAY: u32;
 // Whether a filter averages successive frames, which then share out the directions between them.
-override OVER_FRAMES: bool = false;
+override OVER_FRAMES: bool;
 
 // The golden angle, its cosine and sine (Vogel 1979).
 @if(lit) const GOLDEN_ANGLE: f32 = 2.399963229728653;
-@if(lit) const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
 
-// Streams of random numbers: eight for each view.
-const STREAM: u32 = 5120u;
 @if(lit) const LEVELS: u32 = 8u;
 
 /// What a surface would bring, for each unit of its radiance.
 fn factor_of(position: vec3f, normal: vec3f, surface: LightSurface) -> f32 {
     let factor = transfer(position, normal, surface);
-    @if(near) { return select(factor, 0.0, distance(surface.position, position) < params.border); }
+    @if(near) { return select(factor, 0.0, distance(surface.position, position) < params.near_field_distance); }
     @if(!near) { return factor; }
 }
 
 /// Where a view shows a place, 0..1 over the view; for what it does not show, the nearest place of its border.
 @if(lit)
-fn place_in(world_to_clip: mat4x4f, position: vec3f) -> vec2f {
+fn position_in(world_to_clip: mat4x4f, position: vec3f) -> vec2f {
     let clip = world_to_clip * vec4f(position, 1.0);
     let extent = max(max(abs(clip.x), abs(clip.y)), 1e-30);
     // Behind a lamp only the direction is left.
@@ -91,7 +91,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let normal = normalize((view.view_to_world * vec4f(surfel_normal(own), 0.0)).xyz);
     var sum = vec3f(0.0);
     @if(visibility) let here = ray_end(position, normal);
-    @if(visibility) var choice = spread2(id.xy, view.frame, STREAM - 1u, view.seed, OVER_FRAMES).x;
+    @if(visibility) var choice = spread2(id.xy, view.frame, LIGHT_VISIBILITY_STREAM, view.seed, OVER_FRAMES).x;
     @if(lit) {
         let step = 1.0 / f32(LIGHT_SAMPLES);
         // Samples of every view that share a ray.
@@ -107,8 +107,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             for (var first = 0u; first < LIGHT_SAMPLES; first += share) {
                 @if(visibility) var candidates = Candidates(0.0, start, choice);
                 for (var i = 0u; i < params.views; i++) {
-                    let centre = place_in(light_projections[i], position) * f32(width);
-                    let random = spread2(id.xy, view.frame, STREAM + i * LEVELS + level, view.seed, OVER_FRAMES);
+                    let centre = position_in(light_projections[i], position) * f32(width);
+                    let random = spread2(id.xy, view.frame, LIGHT_STREAM + i * LEVELS + level, view.seed, OVER_FRAMES);
                     let angle = 2.0 * PI * random.y + GOLDEN_ANGLE * f32(first);
                     var direction = vec2f(cos(angle), sin(angle));
                     let end = min(first + share, LIGHT_SAMPLES);
@@ -116,8 +116,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                         // Stratified over the ring's area.
                         let point = centre + sqrt(inner + extent * step * (f32(j) + random.x)) * direction;
                         direction = vec2f(
-                            direction.x * TURN.x - direction.y * TURN.y,
-                            direction.x * TURN.y + direction.y * TURN.x,
+                            direction.x * GOLDEN_ROTATION.x - direction.y * GOLDEN_ROTATION.y,
+                            direction.x * GOLDEN_ROTATION.y + direction.y * GOLDEN_ROTATION.x,
                         );
                         let inside = all(point >= vec2f(0.0)) && all(point < vec2f(f32(width)));
                         let at = vec2u(clamp(point, vec2f(0.0), vec2f(f32(width - 1u))));
@@ -145,14 +145,14 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     @if(emitters) {
         // Successive points lie on successive parts of the emitters; two surfaces a point.
-        let count = arrayLength(&emitter_places);
+        let count = arrayLength(&emitter_positions);
         @if(visibility) let share = min(2u * SAMPLES_PER_RAY, count);
         @if(!visibility) let share = count;
         for (var first = 0u; first < count; first += share) {
             @if(visibility) var candidates = Candidates(0.0, first, choice);
             let end = min(first + share, count);
             for (var i = first; i < end; i++) {
-                let surface = unpack_light(emitter_places[i].xyz, emitter_lights[i]);
+                let surface = unpack_light(emitter_positions[i].xyz, emitter_lights[i]);
                 let factor = factor_of(position, normal, surface);
                 @if(!visibility) { sum += surface.radiance * factor; }
                 @if(visibility) { candidates = with_candidate(candidates, i, largest(surface.radiance) * factor); }
@@ -160,7 +160,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             @if(visibility) {
                 if candidates.strength > 0.0 {
                     let index = candidates.picked;
-                    let source = unpack_light(emitter_places[index].xyz, emitter_lights[index]);
+                    let source = unpack_light(emitter_positions[index].xyz, emitter_lights[index]);
                     if sees(here, ray_end(source.position, source.normal)) {
                         sum += source.radiance * (candidates.strength / largest(source.radiance));
                     }

@@ -123,10 +123,10 @@ fn draw_heading(number: f32, lobe: LobeOnScreen) -> vec3f {
     let c = cos(half_turn);
     let s = lobe.spread * sin(half_turn);
     let norm = 1.0 / (c * c + s * s);
-    let turned = vec2f(c * c - s * s, 2.0 * c * s) * norm;
+    let rotated = vec2f(c * c - s * s, 2.0 * c * s) * norm;
     let direction = vec2f(
-        lobe.heading.x * turned.x - lobe.heading.y * turned.y,
-        lobe.heading.x * turned.y + lobe.heading.y * turned.x,
+        lobe.heading.x * rotated.x - lobe.heading.y * rotated.y,
+        lobe.heading.x * rotated.y + lobe.heading.y * rotated.x,
     );
     return vec3f(direction, lobe.spread * norm);
 }
@@ -138,13 +138,13 @@ const WITHIN_REACH: f32 = 0.9;
 /// one that is even between `inner` and `ring`. The lobe's solid angle falls on the screen as one over the square of the
 /// distance; `soft` keeps that finite. Few samples are drawn beyond `reach`.
 fn draw_square(number: f32, inner: f32, outer: f32, ring: f32, reach: f32, soft: f32) -> vec2f {
-    let border = clamp(reach, inner, outer);
+    let boundary = clamp(reach, inner, outer);
     var share = WITHIN_REACH;
-    share = select(share, 0.0, border <= inner);
-    share = select(share, 1.0, border >= outer);
+    share = select(share, 0.0, boundary <= inner);
+    share = select(share, 1.0, boundary >= outer);
     let within = number < share;
-    let low = select(border, inner, within) + soft;
-    let high = select(outer, border, within) + soft;
+    let low = select(boundary, inner, within) + soft;
+    let high = select(outer, boundary, within) + soft;
     let part = select(1.0 - share, share, within);
     let x = select((number - share) / max(1.0 - share, 1e-6), number / max(share, 1e-6), within);
     let octaves = log2(high / low);

@@ -1,6 +1,6 @@
 // A ray through the voxel grid of one level, column by column (2010, section 4). The columns of a level are its
 // texels; the slices between where the ray enters a column and where it leaves are one mask of bits.
-import package::common::voxels::SLICES;
+import package::common::froxels::SLICES;
 
 // Where a ray is. Its places run from 0 at the receiver to 1 at the source, along its image.
 struct March {
@@ -21,8 +21,8 @@ struct March {
 }
 
 /// Slice at a place of the ray; whole, and inside the grid.
-fn slice_at(march: March, place: f32) -> i32 {
-    let octave = log2(march.inverse.x + place * march.inverse.y);
+fn slice_at(march: March, fraction: f32) -> i32 {
+    let octave = log2(march.inverse.x + fraction * march.inverse.y);
     return i32(clamp(march.slice.x - octave * march.slice.y, 0.0, SLICES - 1.0));
 }
 
@@ -74,6 +74,6 @@ fn clear_of_plane(
 
 /// Place along the image of a segment, from a fraction of the way in space; depth is 1 where it begins and `depth`
 /// where it ends.
-fn place_of_fraction(fraction: f32, depth: f32) -> f32 {
+fn screen_fraction(fraction: f32, depth: f32) -> f32 {
     return fraction * depth / (1.0 + fraction * (depth - 1.0));
 }

@@ -21,7 +21,7 @@ struct Params {
 @if(planes) @group(0) @binding(6) var planes: texture_storage_2d<rgba32uint, write>;
 
 // Keep the child with the most support (2010, Equation 5) instead of the one nearest to the eye (2009).
-override VOTE: bool = false;
+override VOTE: bool;
 
 // Widths of Equation 5's gaussians; the paper leaves them open. g1 is 1 at the child itself and this
 // value one pixel away.
@@ -99,15 +99,15 @@ fn score(pixel: vec2i, child: Surfel) -> f32 {
 struct Child {
     // Its depth is that of the sky where there is no surface or no screen.
     surfel: Surfel,
-    place: vec2u,
+    child_offset: vec2u,
     position: vec3f,
     // The child with the largest value is kept; 0 where there is no surface.
     value: f32,
     on_screen: bool,
 }
 
-fn load_child(first: vec2i, place: vec2u) -> Child {
-    let pixel = first + vec2i(place);
+fn load_child(first: vec2i, child_offset: vec2u) -> Child {
+    let pixel = first + vec2i(child_offset);
     let on_screen = inside(pixel);
     var surfel = load(min(pixel, size() - 1));
     surfel.depth = select(SKY_DEPTH, surfel.depth, on_screen);
@@ -122,7 +122,7 @@ fn load_child(first: vec2i, place: vec2u) -> Child {
             value += score(pixel, surfel);
         }
     }
-    return Child(surfel, place, at, select(0.0, value, surfel.depth > SKY_DEPTH), on_screen);
+    return Child(surfel, child_offset, at, select(0.0, value, surfel.depth > SKY_DEPTH), on_screen);
 }
 
 /// The child with the larger value. Chosen field by field: a branch costs more.
@@ -135,7 +135,7 @@ fn better(a: Child, b: Child) -> Child {
             vec3f(0.0),
             select(a.surfel.offset, b.surfel.offset, b_wins),
         ),
-        select(a.place, b.place, b_wins),
+        select(a.child_offset, b.child_offset, b_wins),
         select(a.position, b.position, b_wins),
         select(a.value, b.value, b_wins),
         true,
@@ -176,7 +176,7 @@ fn pyramid(@builtin(global_invocation_id) id: vec3u) {
         kept.surfel.depth,
         kept.surfel.normal,
         same.rgb * share,
-        kept.surfel.offset + kept.place * u32(params.child_scale),
+        kept.surfel.offset + kept.child_offset * u32(params.child_scale),
     );
     let words = select(vec4u(0u), pack_surfel(surfel), kept.value > 0.0);
     textureStore(surfels, id.xy, words);

@@ -6,7 +6,7 @@
 import package::common::surfel::{pack_radiance, surfel_depth, surfel_normal, surfel_position, surfel_radiance};
 import package::common::view::SKY_DEPTH;
 @if(!finest || interleaved) import package::common::view::View;
-@if(interleaved) import package::hierarchical::turn::bounce_of_frame;
+@if(interleaved) import package::hierarchical::bounce_of_frame::bounce_of_frame;
 @if(interleaved) import package::temporal::previous_view::PreviousView;
 @if(!finest) import package::hierarchical::same_surface::{same_surface, square_width};
 

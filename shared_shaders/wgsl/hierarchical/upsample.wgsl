@@ -1,4 +1,4 @@
-// variants: to_display, float16, openness
+// variants: to_display, float16, ambient_visibility
 // Brings the indirect light of one level to the next finer one and adds what was gathered there, or
 // with `to_display` brings it to full resolution. One invocation serves all children of a coarse
 // texel: they share its nine neighbours. With `openness` what is brought is one number and no light.
@@ -18,20 +18,20 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var coarse_surfels: texture_2d<u32>;
 @group(0) @binding(3) var coarse_indirect: texture_2d<f32>;
-@if(!float16 && !openness) @group(0) @binding(4) var indirect: texture_storage_2d<rgba32float, write>;
-@if(openness) @group(0) @binding(4) var indirect: texture_storage_2d<r32float, write>;
-@if(float16 && !openness) @group(0) @binding(4) var indirect: texture_storage_2d<rgba16float, write>;
+@if(!float16 && !ambient_visibility) @group(0) @binding(4) var indirect: texture_storage_2d<rgba32float, write>;
+@if(ambient_visibility) @group(0) @binding(4) var indirect: texture_storage_2d<r32float, write>;
+@if(float16 && !ambient_visibility) @group(0) @binding(4) var indirect: texture_storage_2d<rgba16float, write>;
 @if(!to_display) @group(0) @binding(5) var surfels: texture_2d<u32>;
 @if(!to_display) @group(0) @binding(6) var gathered: texture_2d<f32>;
 @if(to_display) @group(0) @binding(5) var depth: texture_2d<f32>;
 @if(to_display) @group(0) @binding(6) var normal: texture_2d<f32>;
 
 // Children of a coarse texel along one axis.
-override CHILDREN: u32 = 2u;
+override CHILDREN: u32;
 // 0 nearest, 1 linear, 2 spline (3x3).
-override KERNEL: u32 = 2u;
+override KERNEL: u32;
 // Whether this level gathered anything (single-level images leave levels out).
-override GATHERED: bool = true;
+override GATHERED: bool;
 
 // The fine texel's surface: its tangent plane is where dot(normal, position) = offset.
 struct Fine {
@@ -115,14 +115,14 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
     let fine_size = textureDimensions(indirect);
     let tolerance = inverse_tolerance(1.0, params.coarse_scale, view.tan_half_fov.y, view.display_size.y);
     for (var child = 0u; child < CHILDREN * CHILDREN; child++) {
-        let place = vec2u(child % CHILDREN, child / CHILDREN);
-        let texel = id.xy * CHILDREN + place;
+        let offset = vec2u(child % CHILDREN, child / CHILDREN);
+        let texel = id.xy * CHILDREN + offset;
         if any(texel >= fine_size) {
             continue;
         }
         let fine = load_fine(texel);
         // From the middle of the coarse texel, in its widths.
-        let f = (vec2f(place) + 0.5) / f32(CHILDREN) - 0.5;
+        let f = (vec2f(offset) + 0.5) / f32(CHILDREN) - 0.5;
         let column = kernel_weights(KERNEL, f.x);
         let row = kernel_weights(KERNEL, f.y);
         let nearness = tolerance / max(fine.depth, SMALLEST_DEPTH);

@@ -1,19 +1,19 @@
-// variants: float16, openness, packed
+// variants: float16, ambient_visibility, packed
 // Brings light from half resolution to the display with the linear kernel. One invocation serves the four pixels between
 // four coarse texels, which share these as parents: fewer fetches than nine for the four pixels of a texel. With `openness`
 // what is brought is one number; with `packed` the coarse light is the radiance of surfels.
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
-@if(packed && !openness) import package::common::surfel::surfel_radiance;
+@if(packed && !ambient_visibility) import package::common::surfel::surfel_radiance;
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN_WEIGHT};
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var coarse_surfels: texture_2d<u32>;
-@if(!packed || openness) @group(0) @binding(2) var coarse_indirect: texture_2d<f32>;
-@if(!float16 && !openness) @group(0) @binding(3) var indirect: texture_storage_2d<rgba32float, write>;
-@if(openness) @group(0) @binding(3) var indirect: texture_storage_2d<r32float, write>;
-@if(float16 && !openness) @group(0) @binding(3) var indirect: texture_storage_2d<rgba16float, write>;
+@if(!packed || ambient_visibility) @group(0) @binding(2) var coarse_indirect: texture_2d<f32>;
+@if(!float16 && !ambient_visibility) @group(0) @binding(3) var indirect: texture_storage_2d<rgba32float, write>;
+@if(ambient_visibility) @group(0) @binding(3) var indirect: texture_storage_2d<r32float, write>;
+@if(float16 && !ambient_visibility) @group(0) @binding(3) var indirect: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(4) var depth: texture_2d<f32>;
 @group(0) @binding(5) var normal: texture_2d<f32>;
 
@@ -34,8 +34,8 @@ fn load_parent(texel: vec2i) -> Parent {
     let size = vec2i(textureDimensions(coarse_surfels));
     let words = select(vec4u(0u), textureLoad(coarse_surfels, texel, 0), all(vec2u(texel) < vec2u(size)));
     let there = surfel_depth(words) > SKY_DEPTH;
-    @if(packed && !openness) let light = surfel_radiance(words);
-    @if(!packed || openness) let light = textureLoad(coarse_indirect, clamp(texel, vec2i(0), size - 1), 0).rgb;
+    @if(packed && !ambient_visibility) let light = surfel_radiance(words);
+    @if(!packed || ambient_visibility) let light = textureLoad(coarse_indirect, clamp(texel, vec2i(0), size - 1), 0).rgb;
     return Parent(
         select(FAR, surfel_depth(words), there),
         select(vec3f(0.0), surfel_normal(words), there),

@@ -11,9 +11,10 @@ import package::common::plane::plane_radiance;
 import package::common::surfel::surfel_depth;
 @if(packed) import package::common::surfel::with_radiance;
 import package::common::slice::{
-    Screen, Receiver, Slice, Side, Strides, Place, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
-    place_at, ray_of, is_within, arc_of_side, arc_to,
+    Screen, Receiver, Slice, Side, Strides, TexelPosition, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
+    position_at, ray_of, is_within, arc_of_side, arc_to,
 };
+import package::common::streams::SLICE_STREAM;
 
 struct Params {
     // Width of a texel in full-resolution pixels.
@@ -32,13 +33,11 @@ struct Params {
 
 @if(ambient) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
-override SLICES: u32 = 1u;
-override STEPS: u32 = 12u;
-override SPACING: u32 = 1u;
-override JITTER: bool = true;
+override SLICES: u32;
+override STEPS: u32;
+override SPACING: u32;
+override JITTER: bool;
 
-// Streams of random numbers, and what sets successive slices apart: those of the bitmask, so that both see the same samples.
-const SLICE_STREAM: u32 = 2048u;
 const GOLDEN: f32 = 0.6180339887498949;
 
 /// One side of a slice, where its next sample stands, the cosine of its horizon so far, the arc that this leaves open, and
@@ -59,13 +58,13 @@ fn begin_walk(receiver: Receiver, slice: Slice, radius: f32, sign: f32, jitter: 
 }
 
 /// Takes in what the texel of the walk's sample shows, and steps on.
-fn take(walk: ptr<function, Walk>, receiver: Receiver, slice: Slice, radius: f32, seen: Place, words: vec4u) {
+fn take(walk: ptr<function, Walk>, receiver: Receiver, slice: Slice, radius: f32, seen: TexelPosition, words: vec4u) {
     let side = (*walk).side;
     let plane = plane_of(receiver, side, words, seen.offset, (*walk).way);
-    let place = place_at(receiver, ray_of(receiver, side, (*walk).way), plane.here);
-    let cosine = place.x * inverseSqrt(dot(place.xy, place.xy));
-    let rises = cosine > (*walk).horizon && is_within(place, radius);
-    let left = select((*walk).open, arc_to(place.xy, slice, side.sign), rises);
+    let position = position_at(receiver, ray_of(receiver, side, (*walk).way), plane.here);
+    let cosine = position.x * inverseSqrt(dot(position.xy, position.xy));
+    let rises = cosine > (*walk).horizon && is_within(position, radius);
+    let left = select((*walk).open, arc_to(position.xy, slice, side.sign), rises);
     // The approximation of the angle does not fall everywhere that it should: never less than nothing.
     (*walk).light += select(0.0, most((*walk).open - left, 0.0), plane.faces) * plane_radiance(words);
     (*walk).open = left;

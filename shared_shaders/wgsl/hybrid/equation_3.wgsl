@@ -1,5 +1,5 @@
 // Lambru et al., Equation 3.
-import package::light_views::light_surface::LightSurface;
+import package::reflective_shadow_maps::light_surface::LightSurface;
 
 /// What a sample adds to their mean for each unit of its light: cos+ cos'+ / r^2, which has the unit of one over an
 /// area. No nearer than its texel is wide, where the printed form has no bound, and never so much that light overflows.

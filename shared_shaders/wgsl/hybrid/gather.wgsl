@@ -3,6 +3,7 @@
 // with `far`, from what the lights see beyond it (RSM). The two domains share no pair of points, so they add up.
 // With `recompute`, for those pixels of the display of whose surface the coarse texels know too little (Dachsbacher &
 // Stamminger 2005, section 4.3); the others keep what was interpolated.
+@if(near) import package::common::math::GOLDEN_ROTATION;
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{LARGEST_RADIANCE, PI, spread2};
 @if(far && visibility) import package::common::math::largest;
@@ -10,8 +11,10 @@ import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, s
 import package::common::view::{View, SKY_DEPTH};
 @if(recompute) import package::common::view::{uv_of_texel, view_position};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
-import package::light_views::light_surface::LightSurface;
-import package::light_views::transfer::transfer;
+@if(far) import package::common::streams::FAR_STREAM;
+@if(near) import package::common::streams::NEAR_STREAM;
+import package::reflective_shadow_maps::light_surface::LightSurface;
+import package::reflective_shadow_maps::transfer::transfer;
 @if(far && visibility) import package::scene_voxels::candidates::{Candidates, with_candidate, next_choice};
 @if(far && visibility) import package::scene_voxels::sees::{RayEnd, ray_end, sees};
 
@@ -21,7 +24,7 @@ struct Params {
     // Border between near and far, scene units.
     radius: f32,
     // Virtual lights in the list, and the share of them that one receiver looks at: 1 / stride.
-    virtual_lights: u32,
+    virtual_point_lights: u32,
     stride: u32,
     // Least weight of coarse texels that show a pixel's surface.
     @if(recompute) least_weight: f32,
@@ -32,7 +35,7 @@ struct Params {
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @if(!float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba16float, write>;
-@if(far) @group(0) @binding(4) var<storage, read> virtual_lights: array<LightSurface>;
+@if(far) @group(0) @binding(4) var<storage, read> virtual_point_lights: array<LightSurface>;
 
 @if(recompute) @group(0) @binding(7) var depth: texture_2d<f32>;
 @if(recompute) @group(0) @binding(8) var normal: texture_2d<f32>;
@@ -40,18 +43,11 @@ struct Params {
 @if(recompute) @group(0) @binding(9) var interpolated: texture_2d<f32>;
 
 // Successive lights of which one is picked, by what it would bring, and tested for visibility.
-@if(far && visibility) override SAMPLES_PER_RAY: u32 = 8u;
+@if(far && visibility) override SAMPLES_PER_RAY: u32;
 // Samples of the near part.
-@if(near) override NEAR_SAMPLES: u32 = 32u;
+@if(near) override NEAR_SAMPLES: u32;
 // Whether a filter averages successive frames, which then share out the directions between them.
-override OVER_FRAMES: bool = false;
-
-// Streams of random numbers.
-@if(near) const NEAR_STREAM: u32 = 3072u;
-@if(far) const FAR_STREAM: u32 = 3073u;
-
-// cos and sin of the golden angle (Vogel 1979).
-@if(near) const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
+override OVER_FRAMES: bool;
 
 /// Light of nearby sources whose form factors sum to `w`. A hemisphere has no more than 1: what goes beyond is the noise
 /// of few samples that stand for many, and is taken back.
@@ -84,8 +80,8 @@ fn light_from_near(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     for (var i = 0u; i < NEAR_SAMPLES; i++) {
         let point = centre + reach * sqrt((f32(i) + random.x) / f32(NEAR_SAMPLES)) * direction;
         direction = vec2f(
-            direction.x * TURN.x - direction.y * TURN.y,
-            direction.x * TURN.y + direction.y * TURN.x,
+            direction.x * GOLDEN_ROTATION.x - direction.y * GOLDEN_ROTATION.y,
+            direction.x * GOLDEN_ROTATION.y + direction.y * GOLDEN_ROTATION.x,
         );
         let words = textureLoad(surfels, vec2i(floor(point)), 0);
         let on_screen = all(point >= vec2f(0.0)) && all(point * params.scale < view.display_size);
@@ -114,7 +110,7 @@ fn ray_end_of_view(position: vec3f, normal: vec3f) -> RayEnd {
 /// What a virtual light of the list would bring if nothing stood in between.
 @if(far)
 fn light_from(i: u32, position: vec3f, normal: vec3f) -> vec3f {
-    let surface = virtual_lights[i];
+    let surface = virtual_point_lights[i];
     var factor = transfer(position, normal, surface) * surface.factor;
     @if(near) {
         factor = select(factor, 0.0, distance(surface.position, position) < params.radius);
@@ -130,23 +126,23 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     var sum = vec3f(0.0);
     let first = u32(random.x * f32(params.stride));
     @if(!visibility) {
-        for (var i = first; i < params.virtual_lights; i += params.stride) {
+        for (var i = first; i < params.virtual_point_lights; i += params.stride) {
             sum += light_from(i, position, normal);
         }
     }
     @if(visibility) {
         let here = ray_end_of_view(position, normal);
         var choice = random.y;
-        for (var start = first; start < params.virtual_lights; start += params.stride * SAMPLES_PER_RAY) {
+        for (var start = first; start < params.virtual_point_lights; start += params.stride * SAMPLES_PER_RAY) {
             var candidates = Candidates(0.0, start, choice);
             for (var j = 0u; j < SAMPLES_PER_RAY; j++) {
                 let i = start + j * params.stride;
-                if i < params.virtual_lights {
+                if i < params.virtual_point_lights {
                     candidates = with_candidate(candidates, i, largest(light_from(i, position, normal)));
                 }
             }
             if candidates.strength > 0.0 {
-                let surface = virtual_lights[candidates.picked];
+                let surface = virtual_point_lights[candidates.picked];
                 if sees(here, ray_end_of_view(surface.position, surface.normal)) {
                     sum += surface.radiance * (candidates.strength / largest(surface.radiance));
                 }

@@ -20,9 +20,9 @@ struct Params {
 @group(0) @binding(6) var mirror_map: texture_storage_2d<r32uint, write>;
 
 // Whether directions are drawn from the lobe instead of being its middle.
-override LOBE: bool = false;
+override LOBE: bool;
 // Whether a filter averages successive frames, which then share out the directions between them.
-override OVER_FRAMES: bool = false;
+override OVER_FRAMES: bool;
 
 /// Steps between two of the march that are halved to find where the ray crosses a surface: a stride of 64 pixels
 /// becomes one.
@@ -37,19 +37,19 @@ const FARTHEST: f32 = 1e4;
 
 /// Depth of the surface that a place of the screen shows, along the ray through that place: its tangent plane, within
 /// the pixel. Negative where it shows none.
-fn depth_at(place: vec2f, texel: vec2i) -> f32 {
+fn depth_at(pixel: vec2f, texel: vec2i) -> f32 {
     let d = textureLoad(depth, texel, 0).x;
     let n = textureLoad(normal, texel, 0).xyz;
     let centre = view_position(uv_of_texel(vec2u(texel), 1.0, view.display_size), 1.0, view.tan_half_fov);
-    let ray = view_position(place / view.display_size, 1.0, view.tan_half_fov);
+    let ray = view_position(pixel / view.display_size, 1.0, view.tan_half_fov);
     let slant = min(dot(n, ray), -MIN_COS_BETA * length(ray));
     return select(-1.0, d * clamp(dot(n, centre) / slant, 0.5, 2.0), d > SKY_DEPTH);
 }
 
 /// How far behind the surface that the screen shows there a ray is; far before it where the screen shows none.
-fn behind(place: vec2f, ray_depth: f32) -> f32 {
+fn behind(pixel: vec2f, ray_depth: f32) -> f32 {
     let last = vec2i(textureDimensions(depth)) - 1;
-    let surface = depth_at(place, clamp(vec2i(floor(place)), vec2i(0), last));
+    let surface = depth_at(pixel, clamp(vec2i(floor(pixel)), vec2i(0), last));
     return select(-ray_depth, ray_depth - surface, surface > SKY_DEPTH);
 }
 
@@ -62,8 +62,8 @@ fn march(position: vec3f, mirror: vec3f) -> u32 {
     let origin = pixel_of(position, view.tan_half_fov, view.display_size);
     let way = pixel_of(goal, view.tan_half_fov, view.display_size) - origin;
     // Up to the border of the screen.
-    let border = select(vec2f(0.0), view.display_size, way > vec2f(0.0));
-    let exits = select(vec2f(1e30), (border - origin) / way, abs(way) > vec2f(1e-6));
+    let screen_edge = select(vec2f(0.0), view.display_size, way > vec2f(0.0));
+    let exits = select(vec2f(1e30), (screen_edge - origin) / way, abs(way) > vec2f(1e-6));
     let exit = clamp(min(exits.x, exits.y), 0.0, 1.0);
     let steps = u32(clamp(ceil(exit * length(way) / params.stride), 1.0, MOST_STEPS));
     // One over depth is linear along the ray on the screen.
@@ -82,11 +82,11 @@ fn march(position: vec3f, mirror: vec3f) -> u32 {
                 low = select(low, middle, in_front);
                 high = select(middle, high, in_front);
             }
-            let place = origin + high * way;
-            let texel = clamp(vec2i(floor(place)), vec2i(0), vec2i(textureDimensions(depth)) - 1);
+            let pixel = origin + high * way;
+            let texel = clamp(vec2i(floor(pixel)), vec2i(0), vec2i(textureDimensions(depth)) - 1);
             let ray_depth = 1.0 / mix(inverse.x, inverse.y, high);
             let faces = dot(textureLoad(normal, texel, 0).xyz, mirror) < 0.0;
-            if faces && behind(place, ray_depth) < TOLERANCE * pixel_width * ray_depth {
+            if faces && behind(pixel, ray_depth) < TOLERANCE * pixel_width * ray_depth {
                 return pack_pixel(vec2u(texel));
             }
         }

@@ -29,13 +29,13 @@ fn beam(low: f32, high: f32, q: f32) -> f32 {
 /// `place` is the sample, in units of the radius from the receiver; `direction` that of the view's ray through it;
 /// `inverse_distance` one over its distance from where the rays begin, for each unit of the radius, 0 for parallel
 /// rays.
-fn sample_area(pattern: Pattern, place: vec3f, direction: vec3f, inverse_distance: f32, samples: u32) -> f32 {
+fn sample_area(pattern: Pattern, offset: vec3f, direction: vec3f, inverse_distance: f32, samples: u32) -> f32 {
     let inverse = min(inverse_distance, LARGEST_INVERSE);
-    let along = dot(place, direction);
-    let across = place - along * direction;
+    let along = dot(offset, direction);
+    let across = offset - along * direction;
     let square = dot(across, across);
     // Before the receiver's plane, and behind where rays begin.
-    let height = dot(place, pattern.normal);
+    let height = dot(offset, pattern.normal);
     let slope = dot(direction, pattern.normal);
     let plane = -height / select(slope, 1e-30, abs(slope) < 1e-30);
     let low = max(select(-4.0, plane, slope > 0.0), select(-4.0, -1.0 / max(inverse, 0.25), inverse > 0.25));

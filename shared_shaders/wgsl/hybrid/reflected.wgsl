@@ -1,7 +1,6 @@
 // The direction in which a glossy surface is asked what it shows.
 import package::common::math::{PI, spread2};
-
-const STREAM: u32 = 3078u;
+import package::common::streams::REFLECTION_STREAM;
 
 /// The mirror direction of the ray to a place in view space; or with `lobe` one drawn from the Phong lobe around it
 /// with the density (s + 1) / (2 pi) cos^s, the same one in every pass of a frame.
@@ -19,7 +18,7 @@ fn reflected(
     if !lobe {
         return mirror;
     }
-    let random = spread2(id, frame, STREAM, seed, over_frames);
+    let random = spread2(id, frame, REFLECTION_STREAM, seed, over_frames);
     // The logarithm of a number in (0, 1]: sharp lobes have cosines next to 1, whose distance from it is what counts.
     let logarithm = log(1.0 - random.x) / (max(exponent, 0.0) + 1.0);
     let height = exp(logarithm);

@@ -8,9 +8,9 @@ import package::common::scene::Material;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::hybrid::mirror_map::{NOTHING, unpack_pixel};
 import package::hybrid::reflected::reflected;
-@if(lights) import package::light_views::light_surface::{LightSurface, unpack_light};
-@if(lights) import package::light_views::light_view::LightView;
-@if(lights) import package::light_views::projection::{source_of, light_ray, area_across};
+@if(lights) import package::reflective_shadow_maps::light_surface::{LightSurface, unpack_light};
+@if(lights) import package::common::shadow_view::ShadowView;
+@if(lights) import package::reflective_shadow_maps::projection::{source_of, light_ray, area_across};
 @if(lights && visibility) import package::scene_voxels::sees::{ray_end, sees};
 
 struct Params {
@@ -22,7 +22,7 @@ struct Params {
 
 @group(0) @binding(0) var<uniform> view: View;
 @if(lights) @group(0) @binding(1) var<uniform> params: Params;
-@if(lights) @group(0) @binding(14) var<uniform> light_view: LightView;
+@if(lights) @group(0) @binding(14) var<uniform> shadow_view: ShadowView;
 @group(0) @binding(2) var depth: texture_2d<f32>;
 @group(0) @binding(3) var normal: texture_2d<f32>;
 @group(0) @binding(4) var material: texture_2d<u32>;
@@ -32,13 +32,13 @@ struct Params {
 @if(further) @group(0) @binding(7) var partial_sum: texture_2d<f32>;
 // Light in rgb; in a the distance to the surface in a light's view that sends it, 0 where none does.
 @group(0) @binding(8) var specular: texture_storage_2d<rgba32float, write>;
-@if(lights) @group(0) @binding(9) var place: texture_2d<f32>;
+@if(lights) @group(0) @binding(9) var rsm_position: texture_2d<f32>;
 @if(lights) @group(0) @binding(10) var light: texture_2d<u32>;
 
 // Whether directions are drawn from the lobe instead of being its middle.
-override LOBE: bool = false;
+override LOBE: bool;
 // Whether a filter averages successive frames, which then share out the directions between them.
-override OVER_FRAMES: bool = false;
+override OVER_FRAMES: bool;
 
 /// Steps of the march are halved to find where the ray crosses a surface.
 @if(lights) const HALVINGS: u32 = 6u;
@@ -62,16 +62,16 @@ struct Seen {
 
 @if(lights)
 fn seen_at(source: vec4f, point: vec3f) -> Seen {
-    let size = vec2f(textureDimensions(place));
-    let clip = light_view.world_to_clip * vec4f(point, 1.0);
+    let size = vec2f(textureDimensions(rsm_position));
+    let clip = shadow_view.world_to_clip * vec4f(point, 1.0);
     let uv = clip.xy / max(clip.w, 1e-30) * vec2f(0.5, -0.5) + 0.5;
     let at = vec2i(clamp(floor(uv * size), vec2f(0.0), size - 1.0));
-    let surface = unpack_light(textureLoad(place, at, 0).xyz, textureLoad(light, at, 0));
+    let surface = unpack_light(textureLoad(rsm_position, at, 0).xyz, textureLoad(light, at, 0));
     let ray = light_ray(source, point);
     // To the surface's plane; it faces the light.
     let height = dot(surface.normal, point - surface.position);
     let behind = -height / max(-dot(surface.normal, ray.direction), MIN_COS_BETA);
-    let texel = sqrt(max(area_across(light_view.world_to_clip, ray, size.x), 0.0));
+    let texel = sqrt(max(area_across(shadow_view.world_to_clip, ray, size.x), 0.0));
     return Seen(surface, select(-params.reach, behind, surface.area > 0.0), texel);
 }
 
@@ -106,13 +106,13 @@ fn within_view(start: vec4f, direction: vec4f) -> vec2f {
 /// before that.
 @if(lights)
 fn march(position: vec3f, normal: vec3f, mirror: vec3f) -> vec4f {
-    let source = source_of(light_view.world_to_clip);
-    let size = f32(textureDimensions(place).x);
-    let width = sqrt(max(area_across(light_view.world_to_clip, light_ray(source, position), size), 0.0));
+    let source = source_of(shadow_view.world_to_clip);
+    let size = f32(textureDimensions(rsm_position).x);
+    let width = sqrt(max(area_across(shadow_view.world_to_clip, light_ray(source, position), size), 0.0));
     // In the shade or behind the light there is nothing to stay clear of.
     let start = position + START * width * normal;
-    let origin = light_view.world_to_clip * vec4f(start, 1.0);
-    let along = light_view.world_to_clip * vec4f(mirror, 0.0);
+    let origin = shadow_view.world_to_clip * vec4f(start, 1.0);
+    let along = shadow_view.world_to_clip * vec4f(mirror, 0.0);
     let range = within_view(origin, along);
     if range.x >= range.y {
         return vec4f(0.0);

@@ -10,8 +10,9 @@ import package::common::surfel::surfel_depth;
 @if(light && packed) import package::common::surfel::with_radiance;
 @if(light) import package::common::plane::plane_radiance;
 import package::common::slice::{
-    Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, seen_at, plane_of, place_at, ray_of, back_of,
+    Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, seen_at, plane_of, position_at, ray_of, back_of,
 };
+import package::common::streams::{RAY_STREAM, RAY_JITTER_STREAM};
 
 struct Params {
     // Width of a texel in full-resolution pixels.
@@ -34,12 +35,10 @@ struct Params {
 
 @if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
-override RAYS: u32 = 2u;
-override STEPS: u32 = 16u;
-override SPACING: u32 = 1u;
+override RAYS: u32;
+override STEPS: u32;
+override SPACING: u32;
 
-const RAY_STREAM: u32 = 2056u;
-const JITTER_STREAM: u32 = 2057u;
 const GOLDEN: f32 = 0.6180339887498949;
 
 /// Light of one ray, and in the last component 1 where it hit nothing.
@@ -70,11 +69,11 @@ fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> v
         let words = textureLoad(planes, seen.texel, 0);
         let plane = plane_of(receiver, side, words, seen.offset, way);
         let ray = ray_of(receiver, side, way);
-        let place = place_at(receiver, ray, plane.here);
+        let position = position_at(receiver, ray, plane.here);
         let away = ray * inverseSqrt(dot(ray, ray));
-        let back = back_of(place, away, thickness, thickness_slope);
+        let back = back_of(position, away, thickness, thickness_slope);
         // The ray passes between front and back: they stand on either side of it.
-        let front_side = place.x * sine - place.y * cosine;
+        let front_side = position.x * sine - position.y * cosine;
         let back_side = back.x * sine - back.y * cosine;
         if front_side >= 0.0 && back_side <= 0.0 && plane.own > 0.0 {
             @if(light) { return vec4f(select(vec3f(0.0), plane_radiance(words), plane.faces), 0.0); }
@@ -110,12 +109,12 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
     let receiver = receiver_of(own, pixel, screen);
     let random = spread2(pixel, view.frame, RAY_STREAM, view.seed, false);
-    let jitter = random3(pixel, view.frame, JITTER_STREAM, view.seed).x;
+    let jitter = random3(pixel, view.frame, RAY_JITTER_STREAM, view.seed).x;
     var sum = vec4f(0.0);
     for (var i = 0u; i < RAYS; i++) {
         // The rays of a pixel are spread evenly over the hemisphere.
-        let place = fract(random + vec2f((f32(i) + 0.5) / f32(RAYS), GOLDEN * f32(i)));
-        let direction = cosine_direction(receiver.normal, place);
+        let position = fract(random + vec2f((f32(i) + 0.5) / f32(RAYS), GOLDEN * f32(i)));
+        let direction = cosine_direction(receiver.normal, position);
         var found = march(receiver, direction, fract(jitter + GOLDEN * f32(i)), screen);
         @if(ambient && light) {
             let world = (view.view_to_world * vec4f(direction, 0.0)).xyz;

@@ -1,29 +1,29 @@
-// variants: alpha_tested, moving
+// variants: alpha_tested, animated
 // Sets the cubes that the scene's surfaces cross: every triangle is covered with points less than a cube apart.
 import package::common::scene::Vertex;
 @if(alpha_tested) import package::common::scene::Material;
-@if(moving) import package::common::scene::Object;
+@if(animated) import package::common::scene::Object;
 @if(alpha_tested) import package::common::scene_textures::is_hole;
 import package::scene_voxels::grid::{Grid, word_index, grid_position};
 
 @group(0) @binding(0) var<storage, read> grid: Grid;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> indices: array<u32>;
-@group(0) @binding(3) var<storage, read_write> cubes: array<atomic<u32>>;
+@group(0) @binding(3) var<storage, read_write> voxels: array<atomic<u32>>;
 @if(alpha_tested) @group(0) @binding(4) var<storage, read> materials: array<Material>;
-@if(moving) @group(0) @binding(5) var<storage, read> objects: array<Object>;
+@if(animated) @group(0) @binding(5) var<storage, read> objects: array<Object>;
 
 // Points for each cube's width along a side of a triangle: a plane that cuts less than this off a cube is let go.
-const POINTS_A_CUBE: f32 = 1.5;
+const POINTS_PER_VOXEL: f32 = 1.5;
 // Invocations that share a triangle: row i of its points is that of invocation i modulo ROWS. Small triangles have one
 // or two rows, walls and floors hundreds. With fine cubes they are more (renderer/src/scene_voxels.rs).
-override ROWS: u32 = 8u;
+override ROWS: u32;
 // No side of a triangle inside the grid is longer than this many points.
 const MOST_POINTS: f32 = 8192.0;
 
 fn corner(index: u32) -> vec3f {
     var world = vec4f(vertices[index].position, 1.0);
-    @if(moving) {
+    @if(animated) {
         world = objects[vertices[index].object].to_world * world;
     }
     return grid_position(grid, world.xyz);
@@ -39,7 +39,7 @@ fn fill(@builtin(global_invocation_id) id: vec3u) {
     let a = corner(at.x);
     let ab = corner(at.y) - a;
     let ac = corner(at.z) - a;
-    let sides = vec2f(length(ab), length(ac)) * POINTS_A_CUBE;
+    let sides = vec2f(length(ab), length(ac)) * POINTS_PER_VOXEL;
     // Also false for what is not a number.
     if !(max(sides.x, sides.y) < MOST_POINTS) {
         return;
@@ -60,9 +60,9 @@ fn fill(@builtin(global_invocation_id) id: vec3u) {
                     continue;
                 }
             }
-            let cube = clamp(vec3i(floor(a + b * ab + c * ac)), vec3i(0), vec3i(grid.size) - 1);
-            let bit = 1u << (u32(cube.x) & 31u);
-            atomicOr(&cubes[word_index(grid, vec3u(cube))], bit);
+            let voxel = clamp(vec3i(floor(a + b * ab + c * ac)), vec3i(0), vec3i(grid.size) - 1);
+            let bit = 1u << (u32(voxel.x) & 31u);
+            atomicOr(&voxels[word_index(grid, vec3u(voxel))], bit);
         }
     }
 }

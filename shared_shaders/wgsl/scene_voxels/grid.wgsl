@@ -10,8 +10,8 @@ struct Grid {
 }
 
 /// Index of the word that holds a cube.
-fn word_index(grid: Grid, cube: vec3u) -> u32 {
-    return ((cube.z * grid.size.y + cube.y) * grid.size.x + cube.x) >> 5u;
+fn word_index(grid: Grid, voxel: vec3u) -> u32 {
+    return ((voxel.z * grid.size.y + voxel.y) * grid.size.x + voxel.x) >> 5u;
 }
 
 /// In cubes, from the grid's corner.

@@ -1,14 +1,14 @@
 // Whether two places of the scene see each other, by its grid of cubes.
 import package::scene_voxels::grid::{Grid, word_index, grid_position};
-import package::scene_voxels::march::{begin_walk, way_out, next_cube};
+import package::scene_voxels::march::{begin_walk, way_out, next_voxel};
 
 @group(0) @binding(20) var<storage, read> grid: Grid;
-@group(0) @binding(21) var<storage, read> cubes: array<u32>;
+@group(0) @binding(21) var<storage, read> voxels: array<u32>;
 
 // A surface at either end of a ray: its place in cubes, its normal, and how far above its plane a ray is clear of the
 // surface's own cubes, in cubes.
 struct RayEnd {
-    place: vec3f,
+    position: vec3f,
     normal: vec3f,
     clear: f32,
 }
@@ -34,8 +34,8 @@ fn left_out(clear: f32, slope: f32) -> f32 {
 
 /// Whether nothing in the grid stands between two surfaces.
 fn sees(receiver: RayEnd, source: RayEnd) -> bool {
-    var start = receiver.place + LIFT * receiver.clear * receiver.normal;
-    var goal = source.place + LIFT * source.clear * source.normal;
+    var start = receiver.position + LIFT * receiver.clear * receiver.normal;
+    var goal = source.position + LIFT * source.clear * source.normal;
     let way = goal - start;
     let first = left_out(receiver.clear, dot(way, receiver.normal));
     let last = 1.0 - left_out(source.clear, -dot(way, source.normal));
@@ -44,23 +44,23 @@ fn sees(receiver: RayEnd, source: RayEnd) -> bool {
         start += first * way;
     } else {
         // So near or so grazing that nothing would be left: such pairs would all be free, and light would leak.
-        start = receiver.place + receiver.clear * receiver.normal;
-        goal = source.place + source.clear * source.normal;
+        start = receiver.position + receiver.clear * receiver.normal;
+        goal = source.position + source.clear * source.normal;
     }
     var walk = begin_walk(start, goal);
     var blocked = false;
     // A segment crosses at most as many borders as there are cubes along the three axes.
     let most = grid.size.x + grid.size.y + grid.size.z;
     for (var i = 0u; i < most && !blocked; i++) {
-        let inside = all(walk.cube >= vec3i(0)) && all(walk.cube < vec3i(grid.size));
+        let inside = all(walk.voxel >= vec3i(0)) && all(walk.voxel < vec3i(grid.size));
         if inside {
-            let cube = vec3u(walk.cube);
-            blocked = ((cubes[word_index(grid, cube)] >> (cube.x & 31u)) & 1u) != 0u;
+            let voxel = vec3u(walk.voxel);
+            blocked = ((voxels[word_index(grid, voxel)] >> (voxel.x & 31u)) & 1u) != 0u;
         }
         if way_out(walk) >= 1.0 {
             break;
         }
-        walk = next_cube(walk);
+        walk = next_voxel(walk);
     }
     return !blocked;
 }

@@ -1,15 +1,15 @@
-// variants: alpha_tested, moving, triangles
+// variants: alpha_tested, animated, triangles
 // Depth as one light (or one of the six faces around it) sees it, with `triangles` also which triangle is seen.
 import package::common::scene::Vertex;
 @if(alpha_tested) import package::common::scene::Material;
-@if(moving) import package::common::scene::Object;
+@if(animated) import package::common::scene::Object;
 @if(alpha_tested) import package::common::scene_textures::is_hole;
-import package::light_views::light_view::LightView;
+import package::common::shadow_view::ShadowView;
 
-@group(0) @binding(0) var<uniform> light_view: LightView;
+@group(0) @binding(0) var<uniform> shadow_view: ShadowView;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @if(alpha_tested) @group(0) @binding(2) var<storage, read> materials: array<Material>;
-@if(moving) @group(0) @binding(3) var<storage, read> objects: array<Object>;
+@if(animated) @group(0) @binding(3) var<storage, read> objects: array<Object>;
 // A vertex, and the number of the triangle that begins with it (`NumberedTriangles` of renderer/src/scene_buffers.rs).
 @if(triangles) @group(0) @binding(4) var<storage, read> corners: array<vec2u>;
 
@@ -30,10 +30,10 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
         out.triangle = corners[index].y;
     }
     var world = vec4f(source.position, 1.0);
-    @if(moving) {
+    @if(animated) {
         world = objects[source.object].to_world * world;
     }
-    out.clip = light_view.world_to_clip * world;
+    out.clip = shadow_view.world_to_clip * world;
     @if(alpha_tested) {
         out.uv = source.uv;
         out.material = source.material;

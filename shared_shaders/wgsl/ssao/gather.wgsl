@@ -4,6 +4,7 @@ import package::common::hemisphere::hemisphere_point;
 import package::common::math::spread2;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH, pixel_of};
+import package::common::streams::SSAO_STREAM;
 
 struct Params {
     // Width of a texel in full-resolution pixels.
@@ -17,9 +18,8 @@ struct Params {
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
-override SAMPLES: u32 = 32u;
+override SAMPLES: u32;
 
-const STREAM: u32 = 3075u;
 // Points this close to the surface, in radii, count as in front of it: depth is rounded.
 const BIAS: f32 = 0.01;
 
@@ -34,7 +34,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         let normal = surfel_normal(own);
         let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov)
             + BIAS * params.radius * normal;
-        let random = spread2(id.xy, view.frame, STREAM, view.seed, false);
+        let random = spread2(id.xy, view.frame, SSAO_STREAM, view.seed, false);
         var hidden = 0.0;
         for (var i = 0u; i < SAMPLES; i++) {
             let point = position + params.radius * hemisphere_point(normal, i, SAMPLES, random);

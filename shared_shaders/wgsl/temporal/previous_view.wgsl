@@ -7,5 +7,5 @@ struct PreviousView {
     // Whether the frame before may be used at all: 0 in the first frame and after a cut.
     valid: u32,
     // Frames since anything changed: camera, scene, light or settings.
-    still_frames: u32,
+    static_frames: u32,
 }

@@ -1,4 +1,4 @@
-// variants: moving, float16, glossy
+// variants: animated, float16, glossy
 // Temporal filter (Soler & Hoel 2010, Equation 6) with the filtered image as history:
 //
 //     F_i = a W(F_{i-1}) + (1 - a) I_i
@@ -13,8 +13,8 @@
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position, pixel_of};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 @if(glossy) import package::common::scene::Material;
-@if(moving) import package::common::scene::{Object, transform_normal};
-@if(!moving) import package::common::scene::transform_normal;
+@if(animated) import package::common::scene::{Object, transform_normal};
+@if(!animated) import package::common::scene::transform_normal;
 import package::temporal::history::{
     History, MOST_FRAMES, pack_history, history_depth, history_direction, history_frames, history_light, history_object,
 };
@@ -38,8 +38,8 @@ struct Params {
 @group(0) @binding(7) var history: texture_storage_2d<rgba32uint, write>;
 @if(!float16) @group(0) @binding(8) var filtered: texture_storage_2d<rgba32float, write>;
 @if(float16) @group(0) @binding(8) var filtered: texture_storage_2d<rgba16float, write>;
-@if(moving) @group(0) @binding(9) var object: texture_2d<u32>;
-@if(moving) @group(0) @binding(10) var<storage, read> objects: array<Object>;
+@if(animated) @group(0) @binding(9) var object: texture_2d<u32>;
+@if(animated) @group(0) @binding(10) var<storage, read> objects: array<Object>;
 @if(glossy) @group(0) @binding(11) var material: texture_2d<u32>;
 @if(glossy) @group(0) @binding(12) var<storage, read> materials: array<Material>;
 
@@ -61,7 +61,7 @@ fn narrowed(a: f32, width: f32) -> f32 {
     return (frames - 1.0) / (frames + 1.0);
 }
 
-struct Remembered {
+struct Reprojected {
     light: vec3f,
     frames: f32,
     weight: f32,
@@ -89,13 +89,13 @@ fn shows(words: vec4u, tap: vec2i, surface: Surface) -> bool {
 }
 
 /// What the frame before knew of a surface that stood at pixel `at` of it.
-fn remember(surface: Surface, at: vec2f) -> Remembered {
+fn reproject(surface: Surface, at: vec2f) -> Reprojected {
     let corner = floor(at - 0.5);
     let f = at - 0.5 - corner;
     let size = vec2i(view.display_size);
     // Where nothing moves, one texel has all the weight.
     let taps = select(4u, 1u, all(f == vec2f(0.0)));
-    var sum = Remembered(vec3f(0.0), 0.0, 0.0);
+    var sum = Reprojected(vec3f(0.0), 0.0, 0.0);
     for (var i = 0u; i < taps; i++) {
         let offset = vec2u(i & 1u, i >> 1u);
         let tap = vec2i(corner) + vec2i(offset);
@@ -127,7 +127,7 @@ fn temporal(@builtin(global_invocation_id) id: vec3u) {
     var light = textureLoad(indirect, id.xy, 0).rgb;
     var own_object = 0u;
     var to_previous = previous.view_to_previous;
-    @if(moving) {
+    @if(animated) {
         own_object = textureLoad(object, id.xy, 0).x;
         to_previous = objects[own_object].view_to_previous;
     }
@@ -150,9 +150,9 @@ fn temporal(@builtin(global_invocation_id) id: vec3u) {
         // A surface far off the screen may be anywhere: its place need not fit an integer.
         if all(abs(at - 0.5 * view.display_size) < view.display_size) {
             let surface = Surface(position_before, normalize(transform_normal(to_previous, n)), own_object);
-            let before = remember(surface, at);
+            let before = reproject(surface, at);
             cap = min(cap, max(1.0 - length(way) / (reach * view.display_size.y), 0.0));
-            if previous.still_frames >= params.settle_frames {
+            if previous.static_frames >= params.settle_frames {
                 cap = 1.0;
             }
             if before.weight > MIN_WEIGHT {

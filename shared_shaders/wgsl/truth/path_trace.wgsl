@@ -9,8 +9,9 @@ import package::common::scene::{Material, Light, NO_TEXTURE, light_incidence};
 import package::common::texture_pool::{texture_footprint, filter_footprint};
 import package::common::environment::{MAP, latlong};
 import package::common::view::view_position;
+import package::common::streams::PATH_GLOSSY_STREAM;
 import package::truth::traversal::{
-    FAR, Ray, Hit, texels, triangles, place, traverse, cross_triangle, attributes_at,
+    FAR, Ray, Hit, texels, triangles, texel_coordinates, traverse, cross_triangle, attributes_at,
 };
 
 struct Params {
@@ -48,28 +49,26 @@ struct Params {
 
 /// Where the sums of an output start in a pixel's words, 0 where it is not asked for: a sum of
 /// three channels and a sum of their squares; for the ambient occlusion the count of open rays.
-override SUM_WORDS: u32 = 1u;
-override BOUNCE1: u32 = 0u;
-override INDIRECT: u32 = 0u;
-override ON_SCREEN: u32 = 0u;
-override OCCLUSION: u32 = 0u;
-override GLOSSY: u32 = 0u;
+override SUM_WORDS: u32;
+override BOUNCE1: u32;
+override INDIRECT: u32;
+override ON_SCREEN: u32;
+override OCCLUSION: u32;
+override GLOSSY: u32;
 /// Bounces of the longest path; 0 where only the ambient occlusion is asked for.
-override BOUNCES: u32 = 1u;
+override BOUNCES: u32;
 /// Whether the scene has an environment.
-override ENVIRONMENT: bool = false;
+override ENVIRONMENT: bool;
 /// Whether some material lets light through.
-override TRANSLUCENT: bool = false;
+override TRANSLUCENT: bool;
 /// Whether any triangle has holes.
-override HOLES: bool = false;
+override HOLES: bool;
 
 /// A ray leaves a surface this part of the larger of |position| and the scene's radius away from
 /// it: 64 rounding steps of float32.
 const OFFSET: f32 = 7.62939453125e-6;
 /// Paths whose weight is under this may end early; Russian roulette makes up for it.
 const ROULETTE_WEIGHT: f32 = 0.1;
-/// Stream of random numbers for glossy light, after those of all bounces.
-const GLOSSY_STREAM: u32 = 64u;
 /// Bit of a triangle's material that marks one which receives light and sends none: twin of renderer/src/truth/bvh.rs.
 const RECEIVE_ONLY: u32 = 0x80000000u;
 
@@ -134,9 +133,9 @@ fn unit_or(v: vec3f, fallback: vec3f) -> vec3f {
 }
 
 fn surface_at(hit: Hit, ray: Ray) -> Surface {
-    let corner = bitcast<vec3f>(textureLoad(triangles, place(hit.slot * 3u)).xyz);
-    let edge_1 = bitcast<vec3f>(textureLoad(triangles, place(hit.slot * 3u + 1u)).xyz);
-    let edge_2 = bitcast<vec3f>(textureLoad(triangles, place(hit.slot * 3u + 2u)).xyz);
+    let corner = bitcast<vec3f>(textureLoad(triangles, texel_coordinates(hit.slot * 3u)).xyz);
+    let edge_1 = bitcast<vec3f>(textureLoad(triangles, texel_coordinates(hit.slot * 3u + 1u)).xyz);
+    let edge_2 = bitcast<vec3f>(textureLoad(triangles, texel_coordinates(hit.slot * 3u + 2u)).xyz);
     let weights = cross_triangle(hit.slot, ray).weights;
     let on_it = attributes_at(hit.slot, weights);
     // Edges relative to their own length: the cross product of tiny ones would vanish.
@@ -370,7 +369,7 @@ fn sample_lobe(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
     }
     let eye = params.view_to_world[3].xyz;
     let mirror = reflect(unit_or(start.position - eye, -start.normal), start.normal);
-    let random = random3(pixel, index, GLOSSY_STREAM, params.seed);
+    let random = random3(pixel, index, PATH_GLOSSY_STREAM, params.seed);
     let exponent = max(material.phong_exponent, 0.0);
     // The logarithm of a number in (0, 1]: sharp lobes have cosines next to 1, whose distance from it is what counts.
     let logarithm = log(1.0 - random.x) / (exponent + 1.0);

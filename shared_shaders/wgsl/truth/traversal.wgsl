@@ -49,7 +49,7 @@ struct Hit {
     slot: u32,
 }
 
-fn place(texel: u32) -> vec2u {
+fn texel_coordinates(texel: u32) -> vec2u {
     return vec2u(texel & ((1u << ROW_BITS) - 1u), texel >> ROW_BITS);
 }
 
@@ -64,9 +64,9 @@ struct Crossing {
 
 /// After Möller and Trumbore (1997).
 fn cross_triangle(slot: u32, ray: Ray) -> Crossing {
-    let a = textureLoad(triangles, place(slot * 3u));
-    let b = textureLoad(triangles, place(slot * 3u + 1u));
-    let c = textureLoad(triangles, place(slot * 3u + 2u));
+    let a = textureLoad(triangles, texel_coordinates(slot * 3u));
+    let b = textureLoad(triangles, texel_coordinates(slot * 3u + 1u));
+    let c = textureLoad(triangles, texel_coordinates(slot * 3u + 2u));
     let edge_1 = bitcast<vec3f>(b.xyz);
     let edge_2 = bitcast<vec3f>(c.xyz);
     let p = cross(ray.direction, edge_2);
@@ -88,10 +88,10 @@ struct Attributes {
 }
 
 fn attributes_at(slot: u32, weights: vec2f) -> Attributes {
-    let a = textureLoad(attributes, place(slot * 4u));
-    let b = textureLoad(attributes, place(slot * 4u + 1u));
-    let c = textureLoad(attributes, place(slot * 4u + 2u));
-    let d = bitcast<vec4f>(textureLoad(attributes, place(slot * 4u + 3u)));
+    let a = textureLoad(attributes, texel_coordinates(slot * 4u));
+    let b = textureLoad(attributes, texel_coordinates(slot * 4u + 1u));
+    let c = textureLoad(attributes, texel_coordinates(slot * 4u + 2u));
+    let d = bitcast<vec4f>(textureLoad(attributes, texel_coordinates(slot * 4u + 3u)));
     let first = 1.0 - weights.x - weights.y;
     return Attributes(
         bitcast<vec3f>(a.xyz) * first + bitcast<vec3f>(b.xyz) * weights.x + bitcast<vec3f>(c.xyz) * weights.y,
@@ -176,11 +176,11 @@ fn traverse(ray: Ray, reach: f32, any: bool, holes: bool) -> Hit {
             }
             let child = (bit - 24u) ^ octant;
             let node = (group.x + countOneBits(group.y & ((1u << child) - 1u) & 255u)) * 5u;
-            let corner = textureLoad(nodes, place(node));
-            let first = textureLoad(nodes, place(node + 1u));
-            let x = textureLoad(nodes, place(node + 2u));
-            let y = textureLoad(nodes, place(node + 3u));
-            let z = textureLoad(nodes, place(node + 4u));
+            let corner = textureLoad(nodes, texel_coordinates(node));
+            let first = textureLoad(nodes, texel_coordinates(node + 1u));
+            let x = textureLoad(nodes, texel_coordinates(node + 2u));
+            let y = textureLoad(nodes, texel_coordinates(node + 3u));
+            let z = textureLoad(nodes, texel_coordinates(node + 4u));
             let exponents = vec3u(corner.w, corner.w >> 8u, corner.w >> 16u) & vec3u(255u);
             let scale = bitcast<vec3f>(exponents << vec3u(23u)) * inverse;
             let base = (bitcast<vec3f>(corner.xyz) - ray.origin) * inverse;

@@ -2,7 +2,7 @@
 // a scale that the caller gives.
 
 // 1 where `image` holds indirect light, 0 where the frame has none.
-override INDIRECT: u32 = 1;
+override INDIRECT: u32;
 
 struct Params {
     // The `0.01 m^2` of relMSE, m the mean of the truth.
@@ -38,8 +38,8 @@ fn show(@builtin(global_invocation_id) id: vec3u) {
     let share = difference * difference / (wanted.rgb * wanted.rgb + params.relative_floor);
     let error = sqrt(dot(share, vec3f(1.0 / 3.0)));
     let last = arrayLength(&colours) - 1u;
-    let place = clamp(error / params.full_scale, 0.0, 1.0) * f32(last);
-    let below = min(u32(place), last - 1u);
-    let colour = mix(colours[below], colours[below + 1u], place - f32(below)).rgb;
+    let colour_index = clamp(error / params.full_scale, 0.0, 1.0) * f32(last);
+    let below = min(u32(colour_index), last - 1u);
+    let colour = mix(colours[below], colours[below + 1u], colour_index - f32(below)).rgb;
     textureStore(display, id.xy, vec4f(select(LEFT_OUT, colour, wanted.a > 0.0), 1.0));
 }

@@ -1,6 +1,6 @@
 // Shows a level of the voxel grid: of each column, red how many of its slices are set, green how near the first one is,
 // blue how far away the last one.
-import package::common::voxels::{SLICES, WORDS, WORD_SLICES};
+import package::common::froxels::{SLICES, WORDS, WORD_SLICES};
 
 struct Params {
     // The other pictures' fields; only the divisor counts here.

@@ -9,8 +9,8 @@ use halflight_renderer::gi::{Inputs, MotionInputs, ReceiveOnlyInputs, resolution
 use halflight_shared_shaders::hierarchical::{
     albedo::{self, Albedo},
     interleave::{self, Interleave},
-    recall::{self, Recall},
     relight::{self, Relight},
+    reproject::{self, Reproject},
     sum::Sum,
 };
 
@@ -45,27 +45,28 @@ pub(super) fn plan_bounces(plan: &mut FramePlan, inputs: &Inputs, gather: &Gathe
 pub(super) fn plan_interleaved(plan: &mut FramePlan, inputs: &Inputs, gather: &Gather) -> Option<ResourceId> {
     let start = &gather.levels[0];
     let kept = plan.history("bounce", start.size, Format::Rgba32Uint, "the bounce that the other frames gather");
-    let recalled = plan.texture("recalled_bounce", start.size, Format::Rgba32Float, "the bounce of the frame before");
+    let reprojected =
+        plan.texture("recalled_bounce", start.size, Format::Rgba32Float, "the bounce of the frame before");
     let scale = start.scale as f32;
-    let run = Recall {
+    let run = Reproject {
         surfels: start.surfels,
         bounce_before: kept.before,
-        recalled,
-        moving: inputs.motion.map(|MotionInputs { object, objects }| recall::Moving { object, objects }),
-        params: recall::Params { scale },
+        reprojected,
+        animated: inputs.motion.map(|MotionInputs { object, objects }| reproject::Animated { object, objects }),
+        params: reproject::Params { scale },
     };
     plan.pass(Part::Technique, "recall_bounce", run).because("two bounces take turns").over(start.size);
     let albedo = plan_albedo(plan, inputs, start);
-    let surfels = relight(plan, gather, albedo, recalled, 2, true);
+    let surfels = relight(plan, gather, albedo, reprojected, 2, true);
     let light = gather.light(plan, Light::Bounce(1), &surfels)?;
     let both = plan.texture("both_bounces", start.size, Format::Rgba32Float, "light of this bounce and the other one");
     let run = Interleave {
         surfels: start.surfels,
         light,
-        recalled,
+        reprojected,
         bounce: kept.now,
         both,
-        moving: inputs.motion.map(|motion| motion.object),
+        animated: inputs.motion.map(|motion| motion.object),
         params: interleave::Params { scale: inputs.motion.map(|_| scale) },
     };
     plan.pass(Part::Technique, "interleave_bounces", run).because("bounces add up").over(start.size);

@@ -4,7 +4,7 @@ use wgpu::TextureFormat as Format;
 
 use super::{
     DiscArea, FormFactor, Hierarchical, VisibilityBounces, covering_radius, ring_radii, upsampling,
-    visibility::{LevelVoxels, Voxels},
+    visibility::{Froxels, LevelFroxels},
 };
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::gi::resolution::Level;
@@ -16,11 +16,11 @@ pub(super) struct Gather<'a> {
     pub(super) levels: &'a [Level],
     /// The one level that gathers, where the others are left out.
     pub(super) only: Option<u32>,
-    pub(super) voxels: Option<&'a Voxels>,
+    pub(super) froxels: Option<&'a Froxels>,
     /// Materials of the pixels, where the light is glossy.
     pub(super) material: Option<ResourceId>,
     /// Distance beyond which the first bounce comes from the lights' views, scene units.
-    pub(super) border: Option<f32>,
+    pub(super) near_field_distance: Option<f32>,
 }
 
 /// What a gather finds.
@@ -118,12 +118,13 @@ impl Gather<'_> {
             DiscArea::Texel => (texel_area, texels),
         };
         let tested = !matches!(light, Light::Bounce(2..)) || parameters.visibility_bounces == VisibilityBounces::All;
-        let voxels = self.voxels.filter(|_| tested).map(|voxels| voxels.level(k));
-        let border = self.border.filter(|_| light == Light::Bounce(1));
+        let froxels = self.froxels.filter(|_| tested).map(|froxels| froxels.level(k));
+        let near_field_distance = self.near_field_distance.filter(|_| light == Light::Bounce(1));
         let run = gather::Gather {
             surfels,
-            visibility: voxels.map(|LevelVoxels { voxels, depth_range }| gather::Visibility { voxels, depth_range }),
-            near: border.is_some(),
+            visibility: froxels
+                .map(|LevelFroxels { froxels, depth_range }| gather::Visibility { froxels, depth_range }),
+            near: near_field_distance.is_some(),
             glossy: self.material.map(|material| gather::Glossy {
                 material,
                 materials: plan.scene_buffer("scene.materials", "glossy materials"),
@@ -136,7 +137,7 @@ impl Gather<'_> {
                 disc_area,
                 discs,
                 level: light.stream(k),
-                border,
+                near_field_distance,
             },
             constants: gather::Constants {
                 samples: parameters.samples,

@@ -35,9 +35,9 @@ pub(super) fn plan_light_from_lights(
     let emitters = inputs.scene.filter(|_| !inputs.emitters().is_empty() && first == 0).map(|scene| {
         let points = parameters.samples;
         let mut buffer = |name: &str, reason: &str| plan.buffer(name, 2 * u64::from(points) * 16, reason);
-        let places = buffer("emitter_places", "where points of emitters are");
+        let positions = buffer("emitter_places", "where points of emitters are");
         let lights = buffer("emitter_lights", "what they send");
-        let to = EmitterPoints { places, lights, first: 0, points };
+        let to = EmitterPoints { positions, lights, first: 0, points };
         plan_emitter_points(plan, scene, &to, None);
         to
     });
@@ -47,7 +47,7 @@ pub(super) fn plan_light_from_lights(
     let views = pyramid.as_ref().map_or(1, |pyramid| pyramid.views);
     let voxels = inputs
         .scene
-        .filter(|_| parameters.light_visibility == LightVisibility::Cubes)
+        .filter(|_| parameters.light_visibility == LightVisibility::Voxels)
         .map(|scene| plan_scene_voxels(plan, scene, parameters.voxel_resolution));
     let radius = covering_radius(parameters.ring, parameters.levels, [size; 2]);
     let [inner, outer] = ring_radii(parameters.ring, radius, 1);
@@ -62,9 +62,11 @@ pub(super) fn plan_light_from_lights(
             light_pyramid: pyramid.texels,
             light_projections: pyramid.projections,
         }),
-        emitters: emitters
-            .map(|points| gather_lights::Emitters { emitter_places: points.places, emitter_lights: points.lights }),
-        cubes: voxels.map(|voxels| voxels.cubes),
+        emitters: emitters.map(|points| gather_lights::Emitters {
+            emitter_positions: points.positions,
+            emitter_lights: points.lights,
+        }),
+        voxels: voxels.map(|voxels| voxels.voxels),
         params: gather_lights::Params {
             scale: level.scale as f32,
             size,
@@ -73,7 +75,7 @@ pub(super) fn plan_light_from_lights(
             end_level: end,
             inner_square: inner * inner,
             outer_square: outer * outer,
-            border: near.map_or(0.0, |(_, border)| border),
+            near_field_distance: near.map_or(0.0, |(_, near_field_distance)| near_field_distance),
         },
         constants: gather_lights::Constants {
             // Views share out the samples among them.

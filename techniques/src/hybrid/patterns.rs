@@ -6,8 +6,8 @@ use super::{Hybrid, Weighting};
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::gi::Sources;
 use halflight_renderer::{
-    gi::{Inputs, resolution::Level, rsm::LightMaps, scene_voxels::SceneVoxels},
-    scene::{ShadowLayer, light_view},
+    gi::{Inputs, resolution::Level, rsm::ReflectiveShadowMap, scene_voxels::SceneVoxels},
+    scene::{ShadowLayer, shadow_view},
 };
 use halflight_shared_shaders::hybrid::{
     pattern_far::{self, PatternFar},
@@ -77,7 +77,7 @@ impl<'a> Patterns<'a> {
     pub(super) fn add(
         &mut self,
         plan: &mut FramePlan,
-        maps: &LightMaps,
+        maps: &ReflectiveShadowMap,
         index: usize,
         view: &ShadowLayer,
         voxels: Option<SceneVoxels>,
@@ -86,14 +86,14 @@ impl<'a> Patterns<'a> {
         let outer = if parameters.far_radius > 0.0 { parameters.far_radius } else { SHELL * radius };
         let inner = if parameters.sources == Sources::Lights { 0.0 } else { radius.min(outer) };
         let run = PatternFar {
-            light_view: light_view(plan, index, view),
+            shadow_view: shadow_view(plan, index, view),
             surfels: level.surfels,
-            place: maps.place,
+            rsm_position: maps.position,
             light: maps.light,
             gathered: sums[passes % 2],
             further: (passes > 0).then(|| sums[(passes + 1) % 2]),
             published: self.published(),
-            visibility: voxels.map(|SceneVoxels { grid, cubes }| pattern_far::Visibility { grid, cubes }),
+            visibility: voxels.map(|SceneVoxels { grid, voxels }| pattern_far::Visibility { grid, voxels }),
             params: pattern_far::Params {
                 scale: level.scale as f32,
                 inner,

@@ -7,8 +7,8 @@ use wgpu::TextureFormat as Format;
 use super::{Hybrid, Views};
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::{
-    gi::{Inputs, Switch, rsm::LightMaps, scene_voxels::SceneVoxels},
-    scene::{ShadowLayer, light_view},
+    gi::{Inputs, Switch, rsm::ReflectiveShadowMap, scene_voxels::SceneVoxels},
+    scene::{ShadowLayer, shadow_view},
 };
 use halflight_shared_shaders::hybrid::{
     mirror::{self, Mirror},
@@ -76,7 +76,7 @@ impl<'a> Specular<'a> {
     pub(super) fn add(
         &mut self,
         plan: &mut FramePlan,
-        maps: &LightMaps,
+        maps: &ReflectiveShadowMap,
         index: usize,
         view: &ShadowLayer,
         voxels: Option<SceneVoxels>,
@@ -88,7 +88,7 @@ impl<'a> Specular<'a> {
     fn show(
         &self,
         plan: &mut FramePlan,
-        light: Option<(&LightMaps, usize, &ShadowLayer)>,
+        light: Option<(&ReflectiveShadowMap, usize, &ShadowLayer)>,
         voxels: Option<SceneVoxels>,
     ) {
         let (name, reason) = match light {
@@ -107,15 +107,15 @@ impl<'a> Specular<'a> {
             mirror_map: self.mirror_map,
             specular: self.shown[self.passes % 2],
             lights: light.map(|(maps, index, view)| specular::Lights {
-                light_view: light_view(plan, index, view),
-                place: maps.place,
+                shadow_view: shadow_view(plan, index, view),
+                rsm_position: maps.position,
                 light: maps.light,
             }),
             further,
             visibility: voxels.is_some(),
             direct: further.is_none().then_some(self.inputs.direct),
             grid: voxels.map(|voxels| voxels.grid),
-            cubes: voxels.map(|voxels| voxels.cubes),
+            voxels: voxels.map(|voxels| voxels.voxels),
             params: specular::Params { stride: light.map(|_| self.stride), reach: light.map(|_| self.reach) },
             constants: self.constants,
         };

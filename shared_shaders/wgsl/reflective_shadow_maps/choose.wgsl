@@ -1,8 +1,9 @@
 // A few of all lit surfaces, each as often as it is important: stands of equal width along the running sum of
 // importances (systematic sampling). One workgroup; what a chosen surface sends is divided by how often it is chosen.
 import package::common::math::random3;
+import package::common::streams::CHOICE_STREAM;
 import package::common::view::View;
-import package::light_views::light_surface::{LightSurface, unpack_light};
+import package::reflective_shadow_maps::light_surface::{LightSurface, unpack_light};
 
 struct Params {
     // Surfaces of all light views, and how many to choose.
@@ -13,17 +14,17 @@ struct Params {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var<storage, read> importances: array<f32>;
-@group(0) @binding(3) var<storage, read> places: array<vec4f>;
+@group(0) @binding(3) var<storage, read> positions: array<vec4f>;
 @group(0) @binding(4) var<storage, read> lights: array<vec4u>;
 // Unpacked: every receiver reads them.
-@group(0) @binding(5) var<storage, read_write> virtual_lights: array<LightSurface>;
+@group(0) @binding(5) var<storage, read_write> virtual_point_lights: array<LightSurface>;
 
 const THREADS: u32 = 256u;
 var<workgroup> sums: array<f32, THREADS>;
 
 /// The surface of this index, standing for `factor` of its like.
 fn standing_for(index: u32, factor: f32) -> LightSurface {
-    var surface = unpack_light(places[index].xyz, lights[index]);
+    var surface = unpack_light(positions[index].xyz, lights[index]);
     surface.factor = factor;
     return surface;
 }
@@ -46,11 +47,11 @@ fn choose(@builtin(local_invocation_index) thread: u32) {
         total += sums[i];
     }
     let stride = total / f32(params.chosen);
-    let start = random3(vec2u(0u), view.frame, 2049u, view.seed).x;
+    let start = random3(vec2u(0u), view.frame, CHOICE_STREAM, view.seed).x;
     if !(stride > 0.0) {
         // Nothing is lit.
         for (var k = thread; k < params.chosen; k += THREADS) {
-            virtual_lights[k] = standing_for(0u, 0.0);
+            virtual_point_lights[k] = standing_for(0u, 0.0);
         }
         return;
     }
@@ -67,13 +68,13 @@ fn choose(@builtin(local_invocation_index) thread: u32) {
             last = i;
         }
         while k < min(own_end, params.chosen) && (f32(k) + start) * stride < sum && importance > 0.0 {
-            virtual_lights[k] = standing_for(i, stride / importance);
+            virtual_point_lights[k] = standing_for(i, stride / importance);
             k++;
         }
     }
     // What rounding left over goes to the last lit surface of this part.
     while k < min(own_end, params.chosen) {
-        virtual_lights[k] = standing_for(last, select(0.0, stride / importances[last], own > 0.0));
+        virtual_point_lights[k] = standing_for(last, select(0.0, stride / importances[last], own > 0.0));
         k++;
     }
 }

@@ -18,7 +18,7 @@ struct Params {
 @group(0) @binding(5) var direct: texture_2d<f32>;
 @group(0) @binding(6) var albedo: texture_2d<f32>;
 @group(0) @binding(7) var light_before: texture_2d<u32>;
-@group(0) @binding(8) var fed: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(8) var source: texture_storage_2d<rgba32float, write>;
 
 /// The frame before shows this surface where depths agree to this part...
 const DEPTH_TOLERANCE: f32 = 0.02;
@@ -26,8 +26,8 @@ const DEPTH_TOLERANCE: f32 = 0.02;
 const NORMAL_TOLERANCE: f32 = 0.906;
 
 @compute @workgroup_size(8, 8)
-fn feed(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(fed)) {
+fn add_previous_frame(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(source)) {
         return;
     }
     var radiance = textureLoad(direct, id.xy, 0).rgb;
@@ -48,5 +48,5 @@ fn feed(@builtin(global_invocation_id) id: vec3u) {
             }
         }
     }
-    textureStore(fed, id.xy, vec4f(radiance, 1.0));
+    textureStore(source, id.xy, vec4f(radiance, 1.0));
 }

@@ -6,9 +6,10 @@ import package::common::hemisphere::hemisphere_point;
 import package::common::math::spread2;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH, pixel_of};
-@if(light) import package::light_views::light_surface::unpack_light;
-@if(light) import package::light_views::light_view::LightView;
-@if(light) import package::light_views::projection::{source_of, light_ray, area_across};
+@if(light) import package::reflective_shadow_maps::light_surface::unpack_light;
+@if(light) import package::common::shadow_view::ShadowView;
+import package::common::streams::AMBIENT_VISIBILITY_STREAM;
+@if(light) import package::reflective_shadow_maps::projection::{source_of, light_ray, area_across};
 
 struct Params {
     // Width of a texel in full-resolution pixels.
@@ -20,15 +21,14 @@ struct Params {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
-@if(light) @group(0) @binding(14) var<uniform> light_view: LightView;
+@if(light) @group(0) @binding(14) var<uniform> shadow_view: ShadowView;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
-@if(light) @group(0) @binding(3) var place: texture_2d<f32>;
+@if(light) @group(0) @binding(3) var rsm_position: texture_2d<f32>;
 @if(light) @group(0) @binding(4) var light: texture_2d<u32>;
 @if(light) @group(0) @binding(5) var partial_sum: texture_2d<f32>;
 // Sum of weighted openness, and of weights.
 @group(0) @binding(6) var views: texture_storage_2d<rg32float, write>;
 
-const STREAM: u32 = 3077u;
 // Points this close to the surface, in radii, count as in front of it: depth is rounded.
 const BIAS: f32 = 0.01;
 // What stands more than this before a point, in radii, is another object's silhouette: the view cannot tell.
@@ -41,7 +41,7 @@ fn judge(behind: f32) -> f32 {
 }
 
 @compute @workgroup_size(8, 8)
-fn look(@builtin(global_invocation_id) id: vec3u) {
+fn sample_view(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(surfels)) {
         return;
     }
@@ -52,9 +52,9 @@ fn look(@builtin(global_invocation_id) id: vec3u) {
         let normal = surfel_normal(own);
         let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov)
             + BIAS * params.radius * normal;
-        let random = spread2(id.xy, view.frame, STREAM, view.seed, false);
-        @if(light) let source = source_of(light_view.world_to_clip);
-        @if(light) let size = vec2f(textureDimensions(place));
+        let random = spread2(id.xy, view.frame, AMBIENT_VISIBILITY_STREAM, view.seed, false);
+        @if(light) let source = source_of(shadow_view.world_to_clip);
+        @if(light) let size = vec2f(textureDimensions(rsm_position));
         // Samples that the view shows to be open, and to be closed.
         var open = 0.0;
         var closed = 0.0;
@@ -72,14 +72,14 @@ fn look(@builtin(global_invocation_id) id: vec3u) {
             }
             @if(light) {
                 let world = (view.view_to_world * vec4f(point, 1.0)).xyz;
-                let clip = light_view.world_to_clip * vec4f(world, 1.0);
+                let clip = shadow_view.world_to_clip * vec4f(world, 1.0);
                 let uv = clip.xy / max(clip.w, 1e-30) * vec2f(0.5, -0.5) + 0.5;
                 let inside = clip.w > 0.0 && all(uv >= vec2f(0.0)) && all(uv < vec2f(1.0));
                 let at = select(vec2i(0), vec2i(floor(uv * size)), inside);
-                let surface = unpack_light(textureLoad(place, at, 0).xyz, textureLoad(light, at, 0));
+                let surface = unpack_light(textureLoad(rsm_position, at, 0).xyz, textureLoad(light, at, 0));
                 let ray = light_ray(source, world);
                 // A surface that rises away from the light within a texel hides nothing of itself.
-                let slack = sqrt(max(area_across(light_view.world_to_clip, ray, size.x), 0.0));
+                let slack = sqrt(max(area_across(shadow_view.world_to_clip, ray, size.x), 0.0));
                 let behind = select(-1.0, dot(world - surface.position, ray.direction) - slack, surface.area > 0.0);
                 verdict = select(0.0, judge(behind), inside);
             }

@@ -1,29 +1,29 @@
-// variants: textured, moving, receive_only, seen
+// variants: textured, animated, receive_only, seen
 // What one light (or one of the six faces around it) sees: a reflective shadow map (Dachsbacher & Stamminger 2005), made
 // from the number of the first triangle on each texel's ray. That surface is lit, so no shadow is looked up. With
 // `receive_only`, some surfaces send nothing on; with `seen`, those that the camera does not see.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{LARGEST_RADIANCE, PI};
 import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vertex_normal, light_incidence};
-@if(moving) import package::common::scene::{Object, transform_normal};
+@if(animated) import package::common::scene::{Object, transform_normal};
 @if(textured) import package::common::scene::NO_TEXTURE;
 @if(textured) import package::common::scene_textures::sample_texture;
 @if(seen) import package::common::view::{View, pixel_of, view_position};
-import package::light_views::light_surface::pack_light;
-import package::light_views::light_view::LightView;
+import package::reflective_shadow_maps::light_surface::pack_light;
+import package::common::shadow_view::ShadowView;
 
-@group(0) @binding(0) var<uniform> light_view: LightView;
+@group(0) @binding(0) var<uniform> shadow_view: ShadowView;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> indices: array<u32>;
 @group(0) @binding(3) var<storage, read> materials: array<Material>;
 @group(0) @binding(4) var<storage, read> lights: array<Light>;
-@if(moving) @group(0) @binding(5) var<storage, read> objects: array<Object>;
+@if(animated) @group(0) @binding(5) var<storage, read> objects: array<Object>;
 // One word a material: 1 where it only receives.
 @if(receive_only) @group(0) @binding(6) var<storage, read> receive_only: array<u32>;
 // Number of the first triangle, from 1; 0 where there is none.
 @group(0) @binding(7) var triangles: texture_2d<u32>;
 // World position.
-@group(0) @binding(8) var place: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(8) var rsm_position: texture_storage_2d<rgba32float, write>;
 // `pack_light`.
 @group(0) @binding(9) var light: texture_storage_2d<rgba32uint, write>;
 @if(seen) @group(0) @binding(10) var<uniform> view: View;
@@ -45,12 +45,12 @@ fn corner(index: u32) -> Corner {
     let source = vertices[index];
     var world = vec4f(source.position, 1.0);
     var normal = vertex_normal(source);
-    @if(moving) {
+    @if(animated) {
         let to_world = objects[source.object].to_world;
         world = to_world * world;
         normal = normalize(transform_normal(to_world, normal));
     }
-    return Corner(world.xyz, normal, source.uv, (light_view.world_to_clip * world).xyw);
+    return Corner(world.xyz, normal, source.uv, (shadow_view.world_to_clip * world).xyw);
 }
 
 fn cross_2d(a: vec2f, b: vec2f) -> f32 {
@@ -72,8 +72,8 @@ fn weights_at(ndc: vec2f, a: vec3f, b: vec3f, c: vec3f) -> vec3f {
 
 /// Whether the camera sees this place, on the side that faces along `normal`; both in world space.
 @if(seen)
-fn is_seen(place: vec3f, normal: vec3f) -> bool {
-    let p = (view.world_to_view * vec4f(place, 1.0)).xyz;
+fn is_seen(position: vec3f, normal: vec3f) -> bool {
+    let p = (view.world_to_view * vec4f(position, 1.0)).xyz;
     let n = (view.world_to_view * vec4f(normal, 0.0)).xyz;
     if p.z >= 0.0 || any(abs(p.xy) > view.tan_half_fov * -p.z) || dot(n, p) >= 0.0 {
         return false;
@@ -94,7 +94,7 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     }
     let triangle = textureLoad(triangles, id.xy, 0).x;
     if triangle == 0u {
-        textureStore(place, id.xy, vec4f(0.0));
+        textureStore(rsm_position, id.xy, vec4f(0.0));
         textureStore(light, id.xy, vec4u(0u));
         return;
     }
@@ -116,7 +116,7 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     @if(receive_only) {
         albedo *= f32(1u - receive_only[material_index]);
     }
-    let source = lights[light_view.light];
+    let source = lights[shadow_view.light];
     let incidence = light_incidence(source, position);
     // Where opposite normals cancel, the triangle's own plane; surfaces are two-sided: the normal is that of the lit side.
     var normal = mat3x3f(a.normal, b.normal, c.normal) * weights;
@@ -131,7 +131,7 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     // The texel's area across its ray, then along the surface. Near the edge of what a light sees shading normals are
     // off by more than the bound, as in a camera's view.
     // Width of a texel: scene units (directional), or for each unit of distance along the map's axis.
-    let texel_width = light_view.width / f32(textureDimensions(place).x);
+    let texel_width = shadow_view.width / f32(textureDimensions(rsm_position).x);
     var across = texel_width * texel_width;
     if source.kind != LIGHT_DIRECTIONAL {
         // Seen by a pinhole: the texel's solid angle shrinks with the cube of the cosine to the map's axis, the square
@@ -143,6 +143,6 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     @if(seen) {
         albedo *= f32(is_seen(position, normal));
     }
-    textureStore(place, id.xy, vec4f(position, 1.0));
+    textureStore(rsm_position, id.xy, vec4f(position, 1.0));
     textureStore(light, id.xy, pack_light(area, normal, irradiance * albedo / PI));
 }

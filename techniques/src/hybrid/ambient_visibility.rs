@@ -8,19 +8,19 @@ use halflight_renderer::{
     gi::{
         Inputs, Storage, UpsamplingKernel,
         resolution::{Level, Upsampling, to_display},
-        rsm::LightMaps,
+        rsm::ReflectiveShadowMap,
         slices::denoised,
     },
     parameters::SettingsError,
-    scene::{ShadowLayer, light_view},
+    scene::{ShadowLayer, shadow_view},
 };
-use halflight_shared_shaders::hybrid::{attenuate::Attenuate, average::Average, openness};
+use halflight_shared_shaders::hybrid::{ambient_visibility, attenuate::Attenuate, average::Average};
 
 /// Passes of the filter: two average 25 texels, after which 32 samples leave about 2 % of noise.
 const BLUR: u32 = 2;
 
 /// What views tell so far. Passes alternate between two textures, because none may read what it writes.
-pub(super) struct Openness<'a> {
+pub(super) struct AmbientVisibility<'a> {
     parameters: &'a Hybrid,
     level: &'a Level,
     radius: f32,
@@ -28,7 +28,7 @@ pub(super) struct Openness<'a> {
     passes: usize,
 }
 
-impl<'a> Openness<'a> {
+impl<'a> AmbientVisibility<'a> {
     /// Plans the screen's part, once for all lights; nothing where the setting is off.
     ///
     /// # Errors
@@ -47,31 +47,31 @@ impl<'a> Openness<'a> {
         let views = (0..(1 + lights).min(2))
             .map(|i| plan.texture(format!("views_{i}"), level.size, Format::Rg32Float, "what views tell of openness"))
             .collect();
-        let mut openness = Self { parameters, level, radius, views, passes: 0 };
-        openness.look(plan, None);
-        Ok(Some(openness))
+        let mut ambient_visibility = Self { parameters, level, radius, views, passes: 0 };
+        ambient_visibility.look(plan, None);
+        Ok(Some(ambient_visibility))
     }
 
     /// Plans the part of one light's view.
-    pub(super) fn add(&mut self, plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer) {
+    pub(super) fn add(&mut self, plan: &mut FramePlan, maps: &ReflectiveShadowMap, index: usize, view: &ShadowLayer) {
         self.look(plan, Some((maps, index, view)));
     }
 
-    fn look(&mut self, plan: &mut FramePlan, light: Option<(&LightMaps, usize, &ShadowLayer)>) {
+    fn look(&mut self, plan: &mut FramePlan, light: Option<(&ReflectiveShadowMap, usize, &ShadowLayer)>) {
         let (name, reason) = match light {
             None => ("occlusion_screen".into(), "points that the screen shows to be open or closed"),
             Some((_, index, _)) => (format!("occlusion_{index}"), "and those that a light's view does"),
         };
-        let run = openness::Openness {
+        let run = ambient_visibility::AmbientVisibility {
             surfels: self.level.surfels,
             views: self.views[self.passes % 2],
-            light: light.map(|(maps, index, view)| openness::Light {
-                light_view: light_view(plan, index, view),
-                place: maps.place,
+            light: light.map(|(maps, index, view)| ambient_visibility::Light {
+                shadow_view: shadow_view(plan, index, view),
+                rsm_position: maps.position,
                 light: maps.light,
                 partial_sum: self.views[(self.passes + 1) % 2],
             }),
-            params: openness::Params {
+            params: ambient_visibility::Params {
                 scale: self.level.scale as f32,
                 radius: self.radius,
                 samples: self.parameters.occlusion_samples,
@@ -84,11 +84,16 @@ impl<'a> Openness<'a> {
     /// Plans the mean of all views, its filter and its way to the display, where it is an output, too.
     pub(super) fn finish(self, plan: &mut FramePlan, inputs: &Inputs) -> ResourceId {
         let level = self.level;
-        let openness = plan.texture("openness", level.size, Format::R32Float, "openness at the start resolution");
-        plan.pass(Part::Technique, "occlusion", Average { views: self.views[(self.passes + 1) % 2], openness })
-            .because("the mean of what views tell, weighted by how well they can")
-            .over(level.size);
-        let smooth = denoised(plan, level, openness, BLUR);
+        let ambient_visibility =
+            plan.texture("openness", level.size, Format::R32Float, "openness at the start resolution");
+        plan.pass(
+            Part::Technique,
+            "occlusion",
+            Average { views: self.views[(self.passes + 1) % 2], ambient_visibility },
+        )
+        .because("the mean of what views tell, weighted by how well they can")
+        .over(level.size);
+        let smooth = denoised(plan, level, ambient_visibility, BLUR);
         let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: Storage::Float32 };
         let open = to_display(plan, inputs, &upsampling, level, smooth, "ambient_occlusion");
         plan.outputs.insert("ambient_occlusion", open);
@@ -98,13 +103,22 @@ impl<'a> Openness<'a> {
 }
 
 /// Plans light times openness.
-pub(super) fn attenuated(plan: &mut FramePlan, light: ResourceId, openness: ResourceId, name: &str) -> ResourceId {
+pub(super) fn attenuated(
+    plan: &mut FramePlan,
+    light: ResourceId,
+    ambient_visibility: ResourceId,
+    name: &str,
+) -> ResourceId {
     let size = plan.display_size;
     let half = plan.resources[light.0].format() == Some(Format::Rgba16Float);
     let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
     let attenuated = plan.texture(format!("attenuated_{name}"), size, format, format!("{name} light times openness"));
-    plan.pass(Part::Technique, format!("attenuate_{name}"), Attenuate { light, openness, attenuated, float16: half })
-        .because("what is closed is lit less")
-        .over(size);
+    plan.pass(
+        Part::Technique,
+        format!("attenuate_{name}"),
+        Attenuate { light, ambient_visibility, attenuated, float16: half },
+    )
+    .because("what is closed is lit less")
+    .over(size);
     attenuated
 }

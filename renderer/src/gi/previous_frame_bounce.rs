@@ -1,9 +1,9 @@
 //! Several bounces by feedback of the frame before (Therrien et al. 2023, section 4.3), for any technique: every frame adds
 //! one bounce to what it finds.
 
-use halflight_shared_shaders::feedback::{
-    remember::Remember,
+use halflight_shared_shaders::previous_frame_bounce::{
     source::{self, Source},
+    write_history::WriteHistory,
 };
 use wgpu::TextureFormat as Format;
 
@@ -11,13 +11,13 @@ use crate::gi::Inputs;
 use halflight_frame_graph::{FramePlan, History, Part, ResourceId};
 
 /// Light that is fed back.
-pub struct Feedback {
+pub struct PreviousFrameBounce {
     /// Direct light and what surfaces reflect of the light of the frame before: the technique's source.
     pub source: ResourceId,
     light: History,
 }
 
-impl Feedback {
+impl PreviousFrameBounce {
     /// Plans the source; `None`, and nothing planned, where `bound` is 0. The bound is the largest albedo that counts,
     /// under 1: what is fed back stays under 1 / (1 - bound) of the first bounce.
     pub fn plan(plan: &mut FramePlan, inputs: &Inputs, bound: f32) -> Option<Self> {
@@ -29,7 +29,7 @@ impl Feedback {
         let source = plan.texture("fed", size, Format::Rgba32Float, "direct light and light that was fed back");
         let &Inputs { depth, normal, direct, albedo, .. } = inputs;
         let params = source::Params { bound };
-        let run = Source { depth, normal, direct, albedo, light_before: light.before, fed: source, params };
+        let run = Source { depth, normal, direct, albedo, light_before: light.before, source, params };
         plan.pass(Part::Technique, "feedback", run)
             .because(format!("further bounces from the frame before, albedo at most {bound}"))
             .over(size);
@@ -37,9 +37,9 @@ impl Feedback {
     }
 
     /// Plans what the next frame will feed back: this frame's light, at full resolution.
-    pub fn remember(&self, plan: &mut FramePlan, inputs: &Inputs, indirect: ResourceId) {
+    pub fn write_history(&self, plan: &mut FramePlan, inputs: &Inputs, indirect: ResourceId) {
         let size = plan.display_size;
-        let run = Remember { depth: inputs.depth, normal: inputs.normal, indirect, light: self.light.now };
+        let run = WriteHistory { depth: inputs.depth, normal: inputs.normal, indirect, light: self.light.now };
         plan.pass(Part::Technique, "remember", run).because("the next frame adds a bounce").over(size);
     }
 }

@@ -3,8 +3,9 @@
 // the children send, from where they are and where they face. Nothing is averaged across an edge.
 import package::common::math::{largest, random3};
 import package::common::view::View;
-import package::light_views::light_pyramid::{level_start, unpack_texel};
-import package::light_views::light_surface::pack_light;
+import package::common::streams::LIGHT_PYRAMID_STREAM;
+import package::reflective_shadow_maps::light_pyramid::{level_start, unpack_texel};
+import package::reflective_shadow_maps::light_surface::pack_light;
 
 struct Params {
     // Texels along a side of a view at the finest level, number of views, and this level.
@@ -17,9 +18,6 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var<storage, read_write> light_pyramid: array<vec4u>;
 
-// Stream of random numbers: this and the level.
-const STREAM: u32 = 6144u;
-
 @compute @workgroup_size(8, 8)
 fn reduce(@builtin(global_invocation_id) id: vec3u) {
     let width = params.size >> params.level;
@@ -29,7 +27,7 @@ fn reduce(@builtin(global_invocation_id) id: vec3u) {
     }
     let finer = level_start(params.level - 1u, params.size, params.views);
     let own_start = level_start(params.level, params.size, params.views);
-    let random = random3(id.xy, view.frame, STREAM + params.level, view.seed).x;
+    let random = random3(id.xy, view.frame, LIGHT_PYRAMID_STREAM + params.level, view.seed).x;
     // Areas and powers of the four, and the one that is drawn.
     var area = 0.0;
     var power = 0.0;
@@ -59,10 +57,10 @@ fn reduce(@builtin(global_invocation_id) id: vec3u) {
         light_pyramid[index + 1u] = vec4u(0u);
         return;
     }
-    let place = light_pyramid[2u * drawn];
-    let surface = unpack_texel(place, light_pyramid[2u * drawn + 1u]);
+    let position = light_pyramid[2u * drawn];
+    let surface = unpack_texel(position, light_pyramid[2u * drawn + 1u]);
     // Its own power, times how seldom it is drawn, over the area of all that it stands for.
     let radiance = surface.radiance * ((surface.area / area) * (power / drawn_power));
-    light_pyramid[index] = place;
+    light_pyramid[index] = position;
     light_pyramid[index + 1u] = pack_light(area, surface.normal, radiance);
 }

@@ -7,16 +7,16 @@ use halflight_frame_graph::{FramePlan, Handle, ResourceId};
 use super::ShadowLayer;
 
 /// Kinds of handles: one layer of the shadow maps, by its index.
-const LIGHT_VIEW: &str = "light_view";
+const SHADOW_VIEW: &str = "light_view";
 /// World to clip space of all layers.
 const LIGHT_PROJECTIONS: &str = "light_projections";
 /// All layers, by the width of the shadow maps in texels.
 const SHADOW_LAYERS: &str = "shadow_layers";
 
-/// Twin of `LightView` in light_views/light_view.wgsl.
+/// Twin of `ShadowView` in light_views/light_view.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct LightView {
+struct ShadowView {
     world_to_clip: Mat4,
     width: f32,
     light: u32,
@@ -33,8 +33,8 @@ struct ShadowEntry {
 }
 
 /// The uniform block `light_view` of layer `index`, which is `layer` in the first frame.
-pub fn light_view(plan: &mut FramePlan, index: usize, layer: &ShadowLayer) -> ResourceId {
-    let handle = Handle { kind: LIGHT_VIEW, index: index as u32 };
+pub fn shadow_view(plan: &mut FramePlan, index: usize, layer: &ShadowLayer) -> ResourceId {
+    let handle = Handle { kind: SHADOW_VIEW, index: index as u32 };
     plan.changing_data(handle, format!("light_view_{index}"), || view_bytes(layer), "what a light looks at")
 }
 
@@ -56,7 +56,7 @@ pub fn shadow_entries(plan: &mut FramePlan, layers: &[ShadowLayer], map_size: u3
 /// Where the handle is of another kind: a plan that depends on something else needs another source of contents.
 pub(super) fn contents(handle: Handle, layers: &[ShadowLayer]) -> Vec<u8> {
     match handle {
-        Handle { kind: LIGHT_VIEW, index } => view_bytes(&layers[index as usize]),
+        Handle { kind: SHADOW_VIEW, index } => view_bytes(&layers[index as usize]),
         Handle { kind: LIGHT_PROJECTIONS, .. } => projection_bytes(layers),
         Handle { kind: SHADOW_LAYERS, index: map_size } => entry_bytes(layers, map_size),
         Handle { kind, index } => panic!("the scene has no contents for {kind} {index}"),
@@ -65,7 +65,7 @@ pub(super) fn contents(handle: Handle, layers: &[ShadowLayer]) -> Vec<u8> {
 
 fn view_bytes(layer: &ShadowLayer) -> Vec<u8> {
     let &ShadowLayer { world_to_clip, width, light } = layer;
-    bytemuck::bytes_of(&LightView { world_to_clip, width, light, unused: [0; 2] }).to_vec()
+    bytemuck::bytes_of(&ShadowView { world_to_clip, width, light, unused: [0; 2] }).to_vec()
 }
 
 fn projection_bytes(layers: &[ShadowLayer]) -> Vec<u8> {

@@ -1,6 +1,6 @@
 // From a lit disc to a receiver (Soler et al. 2009, Equation 4).
 import package::common::math::PI;
-import package::light_views::light_surface::LightSurface;
+import package::reflective_shadow_maps::light_surface::LightSurface;
 
 /// What the disc adds to `indirect` for each unit of its radiance: cos+ R^2 / (r^2 + R^2), R^2 = cos'+ ds / pi.
 fn transfer(position: vec3f, normal: vec3f, surface: LightSurface) -> f32 {

@@ -8,20 +8,20 @@ use crate::{
 
 /// What a recording knows of the frames before.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Memory {
+pub(super) struct HistoryState {
     /// The view of the last frame; `None` before the first one.
     pub(super) last: Option<View>,
     /// Which texture of each history the last frame wrote.
-    pub(super) turn: usize,
+    pub(super) ping_pong: usize,
     /// Frames since anything changed.
-    pub(super) still_frames: u32,
+    pub(super) static_frames: u32,
     /// Whether passes that run once have run.
     pub(super) prepared: bool,
 }
 
 /// The texture that stands for `id` in frames of this turn: in odd ones the two of a history have changed places.
-pub(super) fn in_turn(plan: &FramePlan, id: ResourceId, turn: usize) -> ResourceId {
-    if turn == 0 {
+pub(super) fn resolve_history(plan: &FramePlan, id: ResourceId, ping_pong: usize) -> ResourceId {
+    if ping_pong == 0 {
         return id;
     }
     if let ResourceKind::Previous { of, .. } = plan.resources[id.0].kind {

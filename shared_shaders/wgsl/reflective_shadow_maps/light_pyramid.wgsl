@@ -1,6 +1,6 @@
 // Where the texels of a pyramid over the lights' views stand in one buffer, two words of four numbers each: level by level
 // from the finest, in each level view by view, rows from the top. The views' size is a multiple of the coarsest texel.
-import package::light_views::light_surface::{LightSurface, unpack_light};
+import package::reflective_shadow_maps::light_surface::{LightSurface, unpack_light};
 
 /// Index of a level's first texel.
 fn level_start(level: u32, size: u32, views: u32) -> u32 {
@@ -12,6 +12,6 @@ fn level_start(level: u32, size: u32, views: u32) -> u32 {
 }
 
 /// A texel: its position in world space, then area, normal and radiance as `pack_light` leaves them.
-fn unpack_texel(place: vec4u, light: vec4u) -> LightSurface {
-    return unpack_light(bitcast<vec3f>(place.xyz), light);
+fn unpack_texel(position: vec4u, light: vec4u) -> LightSurface {
+    return unpack_light(bitcast<vec3f>(position.xyz), light);
 }

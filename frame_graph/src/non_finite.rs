@@ -3,9 +3,9 @@
 
 use halflight_shared_shaders::{
     Call,
-    scan::{
-        scan_buffer::{self, ScanBuffer},
-        scan_texture::{self, ScanTexture},
+    non_finite::{
+        check_buffer::{self, CheckBuffer},
+        check_texture::{self, CheckTexture},
     },
 };
 use wgpu::TextureFormat as Format;
@@ -18,7 +18,7 @@ use crate::{
 /// What a texture or buffer of a plan held after a frame. Texels of whole numbers count by their first word, which is
 /// a float: the depth of a surfel or of a history.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scanned {
+pub struct ValueCounts {
     /// Name in the plan.
     pub name: String,
     /// Values that were looked at.
@@ -35,7 +35,7 @@ pub struct Scanned {
     pub largest: f32,
 }
 
-impl Scanned {
+impl ValueCounts {
     /// Values that are not finite.
     pub fn not_finite(&self) -> u64 {
         u64::from(self.nan) + u64::from(self.infinite)
@@ -43,7 +43,7 @@ impl Scanned {
 }
 
 /// A scan that was recorded: map [`Scan::readable`], then ask for [`Scan::found`].
-pub struct Scan {
+pub struct NonFiniteCheck {
     items: Vec<(String, u64)>,
     readable: wgpu::Buffer,
 }
@@ -65,7 +65,7 @@ enum Target<'a> {
     Buffer(&'a wgpu::Buffer),
 }
 
-impl Scan {
+impl NonFiniteCheck {
     /// Adds a scan of everything that the recording's plan made, as it stands after what the encoder and earlier
     /// submissions hold. Textures that the caller gave, and whole numbers (indices, bit sets) are left out.
     pub fn record(gpu: &Gpu, recording: &CompiledGraph, encoder: &mut wgpu::CommandEncoder) -> Self {
@@ -118,13 +118,13 @@ impl Scan {
     }
 
     /// What was found, from the bytes of [`Scan::readable`], in the order of the plan.
-    pub fn found(&self, bytes: &[u8]) -> Vec<Scanned> {
+    pub fn found(&self, bytes: &[u8]) -> Vec<ValueCounts> {
         let tally = |(item, &(ref name, values)): (usize, &(String, u64))| {
             let word = |i: usize| {
                 let at = item * STRIDE as usize + 4 * i;
                 bytes.get(at..at + 4).map_or(0, bytemuck::pod_read_unaligned::<u32>)
             };
-            Scanned {
+            ValueCounts {
                 name: name.clone(),
                 values,
                 nan: word(0),
@@ -183,18 +183,18 @@ pub fn largest_number(format: Format) -> f32 {
 
 fn record_target(gpu: &Gpu, pass: &mut wgpu::ComputePass, target: &Target, tallies: &wgpu::Buffer, offset: u64) {
     // Resources are bound by index below.
-    let (scanned, tally) = ((), ());
+    let (values, tally) = ((), ());
     let (call, workgroups) = match *target {
         Target::Layer { texture, how: How { words, channels, limit }, .. } => {
-            let constants = scan_texture::Constants { limit, channels };
+            let constants = check_texture::Constants { limit, channels };
             let groups = [texture.width().div_ceil(16), texture.height().div_ceil(16)];
-            (Call::from(ScanTexture { scanned, tally, words, constants }), groups)
+            (Call::from(CheckTexture { values, tally, words, constants }), groups)
         }
         Target::Buffer(buffer) => {
             let (words, row) = (buffer.size() / 4, u64::from(ROW));
-            let constants = scan_buffer::Constants { limit: LARGEST_RADIANCE, row: ROW };
+            let constants = check_buffer::Constants { limit: LARGEST_RADIANCE, row: ROW };
             let groups = [words.min(row).div_ceil(256) as u32, words.div_ceil(row) as u32];
-            (Call::from(ScanBuffer { scanned, tally, constants }), groups)
+            (Call::from(CheckBuffer { values, tally, constants }), groups)
         }
     };
     let pipeline = gpu.compute_pipeline(call.shader, &call.shader.entry_points[0], &call.constants);
@@ -207,7 +207,7 @@ fn record_target(gpu: &Gpu, pass: &mut wgpu::ComputePass, target: &Target, talli
         })),
         Target::Buffer(_) => None,
     };
-    let scanned = match (target, &view) {
+    let values = match (target, &view) {
         (Target::Buffer(buffer), _) => buffer.as_entire_binding(),
         (Target::Layer { .. }, Some(view)) => wgpu::BindingResource::TextureView(view),
         (Target::Layer { .. }, None) => return,
@@ -217,7 +217,7 @@ fn record_target(gpu: &Gpu, pass: &mut wgpu::ComputePass, target: &Target, talli
         label: Some("scan"),
         layout: &pipeline.get_bind_group_layout(0),
         entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: scanned },
+            wgpu::BindGroupEntry { binding: 0, resource: values },
             wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Buffer(tally) },
         ],
     });

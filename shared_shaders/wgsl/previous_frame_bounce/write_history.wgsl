@@ -8,7 +8,7 @@ import package::temporal::history::{History, pack_history};
 @group(0) @binding(3) var light: texture_storage_2d<rgba32uint, write>;
 
 @compute @workgroup_size(8, 8)
-fn remember(@builtin(global_invocation_id) id: vec3u) {
+fn write_history(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(light)) {
         return;
     }

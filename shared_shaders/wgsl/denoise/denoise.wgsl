@@ -1,8 +1,7 @@
 // variants: ambient_visibility, packed
-// One pass of a spatial filter over noisy light, or with `openness` over one number a texel, or with `packed` over surfels
-// whose radiance is the light: 3x3 taps, joint bilateral
-// (surfaces from depth and normal), `spacing` texels apart. Passes with spacings 1, 2, 4 widen it at the same cost each
-// (Dammertz et al. 2010).
+// One pass of a spatial filter over noisy light; with `ambient_visibility`, over one number per texel; with `packed`,
+// over surfels whose radiance is the light. It has 3x3 taps, `spacing` texels apart, with joint bilateral weights from
+// depth and normal. Passes with spacings 1, 2 and 4 widen the filter at equal cost (Dammertz et al. 2010).
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(packed && !ambient_visibility) import package::common::surfel::{surfel_radiance, with_radiance};
@@ -52,14 +51,14 @@ fn denoise(@builtin(global_invocation_id) id: vec3u) {
             continue;
         }
         let tap_position = surfel_position(other, vec2u(tap), params.scale, view.display_size, view.tan_half_fov);
-        // The kernel is flat: its nine taps see the lattice of random numbers cancel.
+        // The kernel is flat, so that the stratified random numbers of its nine taps cancel.
         let distance = dot(normal, tap_position - position) * tolerance;
         let weight = surface_weight(distance, dot(normal, surfel_normal(other)));
         @if(packed && !ambient_visibility) { sum += weight * vec4f(surfel_radiance(other), 0.0); }
         @if(!packed || ambient_visibility) { sum += weight * textureLoad(noisy, tap, 0); }
         weights += weight;
     }
-    // The texel itself has weight 1.
+    // The centre tap has weight 1.
     let mean = sum / max(weights, 1e-4);
     @if(packed && !ambient_visibility) { textureStore(smoothed, id.xy, with_radiance(words, mean.rgb)); }
     @if(!packed || ambient_visibility) { textureStore(smoothed, id.xy, mean); }

@@ -1,6 +1,6 @@
 // variants: alpha_tested, textured, material_id, animated, object_id
-// What the camera sees: depth, normal, albedo and, where a later pass looks them up, which material and
-// which moving object.
+// The G-buffer: depth, normal and albedo of what the camera sees, and, where a later pass needs them, the index of the
+// material and of the animated object.
 import package::common::view::{View, project};
 import package::common::scene::{Vertex, Material, vertex_normal};
 @if(textured) import package::common::scene::NO_TEXTURE;
@@ -54,7 +54,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
 
 @fragment
 fn fragment(in: Varyings) -> Targets {
-    // Where opposite vertex normals cancel, the triangle's own plane is the best answer.
+    // If opposite vertex normals cancel, use the normal of the triangle.
     let flat_normal = cross(dpdx(in.position), dpdy(in.position));
     let material = materials[in.material];
     @if(alpha_tested) {

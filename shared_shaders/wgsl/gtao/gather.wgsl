@@ -1,5 +1,5 @@
-// Ground-truth ambient occlusion (Jimenez et al. 2016): openness between the horizons of both sides of each slice, where
-// everything that is seen reaches back without end. With FALLS occluders lose their weight towards the radius.
+// Ground-truth ambient occlusion (Jimenez et al. 2016): ambient visibility between the horizons of both sides of each
+// slice. Surfaces are infinitely thick. With FALLS, the weight of occluders decreases towards the radius.
 import package::common::math::{most, spread2};
 import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
@@ -15,7 +15,7 @@ struct Params {
     scale: f32,
     // Scene units.
     radius: f32,
-    // Part of the radius, at its end, over which an occluder's weight falls from 1 to 0.
+    // Share of the radius, at its end, over which the weight of an occluder decreases from 1 to 0.
     falloff: f32,
 }
 
@@ -29,12 +29,13 @@ override SLICES: u32;
 override STEPS: u32;
 override SPACING: u32;
 override JITTER: bool;
-// Whether there is a falloff.
+// Whether the weights have a falloff.
 override FALLS: bool;
 
 const GOLDEN: f32 = 0.6180339887498949;
 
-/// One side of a slice, where its next sample stands, and the cosine of its horizon so far, from that of the surface's plane.
+/// One side of a slice: the position of its next sample, and the cosine of its horizon so far. The horizon begins at
+/// the plane of the surface.
 struct Walk {
     side: Side,
     strides: Strides,
@@ -50,7 +51,8 @@ fn begin_walk(receiver: Receiver, slice: Slice, radius: f32, sign: f32, jitter: 
     return Walk(side, strides, strides.way, lowest, lowest);
 }
 
-/// Takes in what the texel of the walk's sample shows, and steps on. `fade` is one over the length on which weights fall.
+/// Adds the texel of the walk's sample and advances the walk. `fade` is the inverse of the length over which weights
+/// decrease.
 fn take(walk: ptr<function, Walk>, receiver: Receiver, radius: f32, fade: f32, seen: TexelPosition, words: vec4u) {
     let side = (*walk).side;
     let lowest = (*walk).lowest;
@@ -95,7 +97,7 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
         var right = begin_walk(receiver, slice, radius, 1.0, jitter, screen);
         var left = begin_walk(receiver, slice, radius, -1.0, other, screen);
         for (var step = 0u; step < STEPS; step++) {
-            // Both fetches first: one waits for memory while the other does.
+            // Both fetches come first, so that their latencies overlap.
             let seen_right = seen_at(right.side, right.way);
             let seen_left = seen_at(left.side, left.way);
             let words_right = textureLoad(planes, seen_right.texel, 0);
@@ -104,10 +106,10 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
             take(&left, receiver, radius, fade, seen_left, words_left);
         }
         let arcs = open_arc(right, slice) + open_arc(left, slice);
-        // What is hidden is taken from 1, so that the weights of single slices bring no noise to what is open.
+        // The occluded part is subtracted from 1, so that the weights of single slices add no noise to open receivers.
         let all = slice.cos_angle + slice.angle * slice.sin_angle;
         open -= slice.weight * (all - arcs) / f32(SLICES);
     }
-    // Weights of single slices may hide more than everything, rounding may open more.
+    // The weights of single slices may occlude more than everything, and rounding may open more.
     textureStore(gathered, pixel, vec4f(saturate(open)));
 }

@@ -1,5 +1,5 @@
-// The roofline of the gather: fetches exactly the texels that `gather.wgsl` fetches, in the same order
-// and from the same texture, and only adds them up. For benchmarks; no frame has it.
+// Roofline of the gather: fetches the same texels as `gather.wgsl`, in the same order and from the same texture, and
+// only adds them. For benchmarks; no frame uses it.
 import package::common::math::GOLDEN_ROTATION;
 import package::common::math::spread2;
 import package::common::view::{View, SKY_DEPTH};
@@ -38,7 +38,7 @@ fn fetch(@builtin(global_invocation_id) id: vec3u) {
     var square = params.inner_square + step * random.x;
     let angle = 6.283185307179586 * random.y;
     var direction = vec2f(cos(angle), sin(angle));
-    // Every word counts, so that no part of a fetch can be left out.
+    // Every word counts, so that the compiler cannot remove part of a fetch.
     var sum = vec4u(0u);
     for (var i = 0u; i < SAMPLES; i++) {
         let point = centre + sqrt(square) * direction;

@@ -1,6 +1,5 @@
 // variants: animated
-// Light of two bounces, one gathered in this frame and the other in the frame before; and what the next frame has to
-// know of this one.
+// Light of two bounces, one gathered in this frame and one in the previous frame, and the history for the next frame.
 import package::common::surfel::{surfel_depth, surfel_normal};
 @if(animated) import package::common::surfel::surfel_pixel;
 import package::common::view::{View, SKY_DEPTH};
@@ -42,7 +41,7 @@ fn interleave(@builtin(global_invocation_id) id: vec3u) {
     @if(animated) { own_object = textureLoad(object, vec2u(surfel_pixel(words, id.xy, params.scale)), 0).x; }
     let history = History(surfel_depth(words), surfel_normal(words), own_object, now, turn);
     textureStore(bounce, id.xy, pack_history(history));
-    // Two frames on end with the same bounce, after a cut, have nothing to add to each other.
+    // Two successive frames with the same bounce, after a cut, have nothing to add to each other.
     let other = select(vec3f(0.0), before.rgb, before.a > 0.0 && before.a != f32(turn));
     textureStore(both, id.xy, vec4f(now + other, 1.0));
 }

@@ -1,5 +1,5 @@
 // variants: float16
-// Indirect light times openness (Lambru et al., Equation 1).
+// Indirect light times ambient visibility (Lambru et al., Equation 1).
 @group(0) @binding(0) var light: texture_2d<f32>;
 @group(0) @binding(1) var ambient_visibility: texture_2d<f32>;
 @if(!float16) @group(0) @binding(2) var attenuated: texture_storage_2d<rgba32float, write>;

@@ -1,4 +1,4 @@
-// Openness from the sums of all views: their weighted mean; open where no view can tell.
+// Ambient visibility: the weighted mean over all views; 1 (open) if the weights are 0.
 @group(0) @binding(0) var views: texture_2d<f32>;
 @group(0) @binding(1) var ambient_visibility: texture_storage_2d<r32float, write>;
 

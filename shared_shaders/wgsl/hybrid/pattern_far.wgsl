@@ -1,8 +1,8 @@
 // variants: published, further, visibility
-// Light from farther away by the paper's pattern (Lambru et al., section 3.1): points in the shell between a small and
-// a large hemisphere, projected into what one light sees. Each stands for the area of its share of the pattern; with
-// `published` by Equation 3. With `visibility`, one of several samples stands for them where nothing stands in between.
-// With `further`, added to what was gathered before.
+// Far light by the paper's pattern (Lambru et al., section 3.1): points in the shell between a small and a large
+// hemisphere, projected into one reflective shadow map. Each point stands for the area of its share of the pattern;
+// with `published`, for Equation 3. With `visibility`, one of several samples is tested for occluders and stands for
+// all of them. With `further`, adds to the previous maps.
 import package::common::hemisphere::shell_point;
 import package::common::math::{LARGEST_RADIANCE, spread2};
 @if(visibility) import package::common::math::largest;
@@ -22,12 +22,12 @@ import package::common::streams::PATTERN_FAR_STREAM;
 struct Params {
     // Width of a texel in full-resolution pixels.
     scale: f32,
-    // Of the small and of the large hemisphere, scene units.
+    // Radii of the small and of the large hemisphere, scene units.
     inner: f32,
     outer: f32,
     samples: u32,
-    // Brightness of a sample of the `published` weighting: its intensity over the samples of all patterns (Equations 2
-    // and 5).
+    // Brightness of a sample of the `published` weighting: its intensity over the number of samples of all patterns
+    // (Equations 2 and 5).
     weight: f32,
 }
 
@@ -40,10 +40,10 @@ struct Params {
 @if(further) @group(0) @binding(5) var partial_sum: texture_2d<f32>;
 @group(0) @binding(6) var gathered: texture_storage_2d<rgba32float, write>;
 
-// Successive samples of which one is picked, by what it would bring, and tested for visibility.
+// Number of successive samples of which one is chosen by its contribution and tested for visibility.
 @if(visibility) override SAMPLES_PER_RAY: u32;
 
-/// What these candidates bring to the receiver `here`.
+/// Contribution of these candidates to the receiver `here`.
 @if(visibility)
 fn light_of(candidates: Candidates, here: RayEnd) -> vec3f {
     if candidates.strength <= 0.0 {
@@ -81,7 +81,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             let offset = shell_point(normal, inner, i, params.samples, random);
             let point = position + params.outer * offset;
             let clip = shadow_view.world_to_clip * vec4f(point, 1.0);
-            // Behind a spot light or a face of a cube the map shows nothing.
+            // The map shows nothing behind a spot light or a cube face.
             let texel = (clip.xy / max(clip.w, 1e-30) * vec2f(0.5, -0.5) + 0.5) * size;
             let inside = clip.w > 0.0 && all(texel >= vec2f(0.0)) && all(texel < size);
             let at = select(vec2i(0), vec2i(floor(texel)), inside);
@@ -90,7 +90,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             var factor = 0.0;
             @if(published) { factor = params.weight * equation_3(position, normal, surface); }
             @if(!published) {
-                // What is nearer is the small hemisphere's, what is farther nobody's.
+                // Nearer surfaces belong to the small hemisphere. Farther ones do not count.
                 let away = distance(surface.position, position);
                 counts = counts && away >= params.inner && away < params.outer;
                 let ray = light_ray(source, point);
@@ -98,7 +98,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 let pattern = Pattern(normal, inner, params.outer);
                 let area = sample_area(pattern, offset, ray.direction, inverse, params.samples);
                 let texels = area / max(area_across(shadow_view.world_to_clip, ray, size.x), 1e-36);
-                // None stands for more than all of the map.
+                // No sample stands for more than the whole map.
                 factor = transfer(position, normal, surface) * min(texels, size.x * size.y);
             }
             factor = select(0.0, factor, counts);

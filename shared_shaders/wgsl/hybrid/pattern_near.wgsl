@@ -1,7 +1,7 @@
 // variants: published
-// Nearby light by the paper's pattern (Lambru et al., section 3.1; Ritschel et al. 2009): points inside a small
-// hemisphere, projected to the screen. Each stands for the area of its share of the pattern; with `published` it counts
-// where what is seen hides it, by Equation 3: a mean between points, without units.
+// Near light by the paper's pattern (Lambru et al., section 3.1; Ritschel et al. 2009): points inside a small
+// hemisphere, projected to the screen. Each point stands for the area of its share of the pattern. With `published` it
+// counts if the visible surface occludes it, by Equation 3: a mean between points, without units.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::hemisphere::hemisphere_point;
 import package::common::math::{LARGEST_RADIANCE, spread2};
@@ -16,11 +16,11 @@ import package::reflective_shadow_maps::light_surface::LightSurface;
 struct Params {
     // Width of a texel in full-resolution pixels.
     scale: f32,
-    // Of the hemisphere, scene units.
+    // Radius of the hemisphere, scene units.
     radius: f32,
     samples: u32,
-    // Brightness of a sample of the `published` weighting: its intensity over the samples of all patterns (Equations 2
-    // and 5).
+    // Brightness of a sample of the `published` weighting: its intensity over the number of samples of all patterns
+    // (Equations 2 and 5).
     weight: f32,
 }
 
@@ -69,10 +69,10 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 let ray = point / away;
                 let pattern = Pattern(normal, 0.0, params.radius);
                 let area = sample_area(pattern, offset, ray, params.radius / away, params.samples);
-                // A texel covers the less of the sphere around the eye, the farther it is from the middle.
+                // The solid angle of a texel decreases away from the middle of the screen.
                 let cosine = max(-ray.z, 1e-3);
                 let texels = area / max(texel_angle * cosine * cosine * cosine * away * away, 1e-36);
-                // None stands for more than all of the screen.
+                // No sample stands for more than the whole screen.
                 let all_texels = f32(textureDimensions(surfels).x * textureDimensions(surfels).y);
                 factor = select(0.0, transfer(position, normal, surface) * min(texels, all_texels), within);
             }
@@ -80,6 +80,6 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     @if(published) { sum.w = 1.0; }
-    // Discs of many samples may cover one another; a hemisphere has no more than 1.
+    // Discs of many samples may overlap. The form factors of a hemisphere sum to at most 1.
     textureStore(gathered, id.xy, vec4f(min(sum.rgb / max(sum.w, 1.0), vec3f(LARGEST_RADIANCE)), 1.0));
 }

@@ -1,11 +1,11 @@
-// Counts what should not be in a buffer of floats, as check_texture.wgsl does in a texture.
+// Counts invalid values in a buffer of floats, like check_texture.wgsl in a texture.
 import package::non_finite::tally::{Tally, kinds, finite_magnitude};
 
 @group(0) @binding(0) var<storage, read> values: array<u32>;
 @group(0) @binding(1) var<storage, read_write> tally: Tally;
 
 override LIMIT: f32;
-// Invocations along x: a dispatch is two-dimensional, because a browser starts at most 65535 workgroups along one axis.
+// Invocations along x. The dispatch is two-dimensional, because WebGPU guarantees only 65535 workgroups along one axis.
 override ROW: u32;
 
 @compute @workgroup_size(256)

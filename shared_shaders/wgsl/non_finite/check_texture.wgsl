@@ -1,15 +1,15 @@
 // variants: words
-// Counts what should not be in a texture: NaN, infinities, numbers below zero, numbers that were clamped. With `words`
-// texels are whole numbers whose first one is a float: the depth of a surfel or of a history.
+// Counts NaN, infinite, negative and clamped values in a texture. With `words`, texels are whole numbers whose first
+// word is a float: the depth of a surfel or of a history.
 import package::non_finite::tally::{Tally, kinds, finite_magnitude};
 
 @if(!words) @group(0) @binding(0) var values: texture_2d<f32>;
 @if(words) @group(0) @binding(0) var values: texture_2d<u32>;
 @group(0) @binding(1) var<storage, read_write> tally: Tally;
 
-// The largest number that this format is given.
+// The largest number that passes store in this format.
 override LIMIT: f32;
-// Channels of the format; a load fills in the others.
+// Channels of the format. A load fills in the others.
 override CHANNELS: u32;
 
 var<workgroup> nan: atomic<u32>;

@@ -1,12 +1,12 @@
-// Several bounces by feedback (Therrien et al. 2023, section 4.3): the source of indirect light is direct light and what
-// surfaces reflect of the light that the frame before found. The albedo it is reflected with is bounded below 1, so that
-// even a closed white room converges: to 1 / (1 - bound) times the first bounce at most.
+// Multiple bounces by previous-frame bounces (Therrien et al. 2023, section 4.3): the source of indirect light is
+// direct light plus what surfaces reflect of the previous frame's indirect light. The albedo of this reflection is
+// bounded below 1, so that even a closed white room converges: to at most 1 / (1 - bound) times the first bounce.
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position, pixel_of};
 import package::temporal::history::{history_depth, history_direction, history_light};
 import package::temporal::previous_view::PreviousView;
 
 struct Params {
-    // Largest albedo that light of the frame before is reflected with, under 1.
+    // Largest albedo of the reflection, below 1.
     bound: f32,
 }
 
@@ -20,7 +20,7 @@ struct Params {
 @group(0) @binding(7) var light_before: texture_2d<u32>;
 @group(0) @binding(8) var source: texture_storage_2d<rgba32float, write>;
 
-/// The frame before shows this surface where depths agree to this part...
+/// The previous frame shows this surface if the depths agree to this relative tolerance...
 const DEPTH_TOLERANCE: f32 = 0.02;
 /// ... and normals within 25 degrees.
 const NORMAL_TOLERANCE: f32 = 0.906;

@@ -1,4 +1,4 @@
-// What the next frame may feed back: the light that this one found, and the surfaces that received it.
+// Writes the history for the next frame: this frame's indirect light, and the surfaces that received it.
 import package::common::view::SKY_DEPTH;
 import package::temporal::history::{History, pack_history};
 

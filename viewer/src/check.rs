@@ -20,7 +20,7 @@ impl Check {
     pub fn step(&mut self, gpu: &Gpu, graph: &CompiledGraph) -> bool {
         if let Some((scan, reading)) = &self.running {
             let Some(bytes) = reading.take() else { return true };
-            self.results = Some(scan.found(&bytes));
+            self.results = Some(scan.counts(&bytes));
             self.running = None;
         }
         if self.results.is_some() {

@@ -282,7 +282,7 @@ impl Frames<'_> {
         let scan = NonFiniteCheck::record(self.gpu, &self.recording, &mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
         let bytes = map(self.gpu, scan.readable()).map_err(|e| Error::Failed(e.to_string()))?;
-        Ok(scan.found(&bytes))
+        Ok(scan.counts(&bytes))
     }
 
     /// The plan's texture of this name; `None` where there is no such texture.

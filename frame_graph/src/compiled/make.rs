@@ -1,4 +1,4 @@
-//! What a pass needs before its first frame: pipelines, bind groups, textures and buffers.
+//! Creates what a pass needs: pipelines, bind groups, textures and buffers.
 
 use halflight_shared_shaders::{BindingKind, Shader, Stage};
 
@@ -13,7 +13,7 @@ pub(super) struct Maker<'a> {
     pub(super) plan: &'a FramePlan,
     pub(super) textures: &'a [Option<wgpu::Texture>],
     pub(super) buffers: &'a [Option<wgpu::Buffer>],
-    /// Of the display, then of each further view.
+    /// Of the display, then of each additional view.
     pub(super) views: &'a [wgpu::Buffer],
     pub(super) previous: Option<&'a [wgpu::Buffer]>,
     pub(super) scene: Option<&'a dyn Provider>,
@@ -134,7 +134,7 @@ impl Maker<'_> {
                         Held::Sampler(self.gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                             mag_filter: wgpu::FilterMode::Linear,
                             min_filter: wgpu::FilterMode::Linear,
-                            // Depth is reversed: lit where the receiver is at least as near as the map says.
+                            // Depth is reversed: lit if the receiver is at least as near as the map.
                             compare: comparison.then_some(wgpu::CompareFunction::GreaterEqual),
                             ..Default::default()
                         }))

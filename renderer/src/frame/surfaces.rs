@@ -1,4 +1,4 @@
-//! What a technique starts from: G-buffer, shadow maps and direct light.
+//! Inputs of a technique: G-buffer, shadow maps and direct light.
 
 use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId};
 use halflight_scenes::SceneNeeds;
@@ -35,7 +35,7 @@ fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// What a technique looks up by a pixel's material.
+/// What a technique reads from a pixel's material.
 #[derive(Clone, Copy, Default)]
 pub(super) struct LookedUp {
     pub(super) glossy: bool,
@@ -123,7 +123,7 @@ pub(super) fn plan_direct(
     direct
 }
 
-/// Shadow maps of all lights, and what each of them looks at.
+/// Shadow maps of all lights, and their views.
 #[derive(Clone, Copy)]
 pub(super) struct Shadows {
     maps: ResourceId,

@@ -1,5 +1,5 @@
-//! What techniques of global illumination share: inputs, reflective shadow maps, voxels of the scene, changes of
-//! resolution, slices, and filters over frames.
+//! Shared parts of the techniques: inputs, reflective shadow maps, scene voxels, resolutions, slices, and temporal
+//! filters.
 
 mod choices;
 pub mod emitters;

@@ -1,5 +1,5 @@
-//! Several bounces by feedback of the frame before (Therrien et al. 2023, section 4.3), for any technique: every frame adds
-//! one bounce to what it finds.
+//! Multiple bounces by previous-frame bounces (Therrien et al. 2023, section 4.3), for any technique: every frame adds
+//! one bounce.
 
 use halflight_shared_shaders::previous_frame_bounce::{
     source::{self, Source},
@@ -10,16 +10,16 @@ use wgpu::TextureFormat as Format;
 use crate::gi::Inputs;
 use halflight_frame_graph::{FramePlan, History, Part, ResourceId};
 
-/// Light that is fed back.
+/// Light of the previous frame as a source of this one.
 pub struct PreviousFrameBounce {
-    /// Direct light and what surfaces reflect of the light of the frame before: the technique's source.
+    /// The technique's source: direct light, and what surfaces reflect of the previous frame's light.
     pub source: ResourceId,
     light: History,
 }
 
 impl PreviousFrameBounce {
-    /// Plans the source; `None`, and nothing planned, where `bound` is 0. The bound is the largest albedo that counts,
-    /// under 1: what is fed back stays under 1 / (1 - bound) of the first bounce.
+    /// Plans the source; `None`, and nothing planned, if `bound` is 0. `bound` is the largest albedo of the reflection,
+    /// below 1. The added light stays below 1 / (1 - bound) times the first bounce.
     pub fn plan(plan: &mut FramePlan, inputs: &Inputs, bound: f32) -> Option<Self> {
         if bound <= 0.0 {
             return None;
@@ -36,7 +36,7 @@ impl PreviousFrameBounce {
         Some(Self { source, light })
     }
 
-    /// Plans what the next frame will feed back: this frame's light, at full resolution.
+    /// Writes the history: this frame's light, at full resolution.
     pub fn write_history(&self, plan: &mut FramePlan, inputs: &Inputs, indirect: ResourceId) {
         let size = plan.display_size;
         let run = WriteHistory { depth: inputs.depth, normal: inputs.normal, indirect, light: self.light.now };

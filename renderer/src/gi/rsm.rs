@@ -1,5 +1,4 @@
-//! Lights as views: what each light sees, as a reflective shadow map (Dachsbacher & Stamminger 2005), and the few of its
-//! lit surfaces that matter most to what the camera sees.
+//! Reflective shadow maps (Dachsbacher & Stamminger 2005) of all lights, and virtual point lights chosen from them.
 
 use wgpu::TextureFormat as Format;
 
@@ -25,36 +24,36 @@ use halflight_shared_shaders::{
     shadow::shadow_map::{self, ShadowMap},
 };
 
-/// Lit surfaces that stand for all that the lights light.
+/// Virtual point lights that stand for all lit surfaces.
 pub struct VirtualPointLights {
-    /// `array<LightSurface>` of `light_views/light_surface.wgsl`, view space.
+    /// `array<LightSurface>` of `reflective_shadow_maps/light_surface.wgsl`, view space.
     pub lights: ResourceId,
-    /// Number of lights.
+    /// Number of virtual point lights.
     pub count: u32,
 }
 
-/// A pyramid over the views of all lights.
+/// A pyramid over the reflective shadow maps of all lights.
 pub struct LightPyramid {
-    /// Two `vec4u` a texel, as `light_views/light_pyramid.wgsl` lays them out.
+    /// Two `vec4u` per texel, in the layout of `reflective_shadow_maps/light_pyramid.wgsl`.
     pub texels: ResourceId,
-    /// World to clip space of each view, in the order of [`Inputs::shadow_layers`].
+    /// World to clip space of each map, in the order of [`Inputs::shadow_layers`].
     pub projections: ResourceId,
-    /// Number of views.
+    /// Number of maps.
     pub views: u32,
 }
 
-/// Textures that each view is drawn into, one after another, and what drawing them takes.
+/// A reflective shadow map. All views of lights are drawn into the same textures, one after another.
 pub struct ReflectiveShadowMap {
     /// World position of each texel's surface.
     pub position: ResourceId,
-    /// Its area, its normal and the radiance that it sends on.
+    /// Area, normal and reflected radiance of that surface.
     pub light: ResourceId,
     triangles: ResourceId,
     depth: ResourceId,
     size: u32,
 }
 
-/// Needs the scene: an error where only textures were given.
+/// The scene; an error if only textures are available.
 fn scene_of<'a>(inputs: &Inputs<'a>, technique: &str) -> Result<&'a SceneFacts, SettingsError> {
     inputs.scene.ok_or_else(|| {
         SettingsError(format!(
@@ -64,7 +63,7 @@ fn scene_of<'a>(inputs: &Inputs<'a>, technique: &str) -> Result<&'a SceneFacts, 
 }
 
 impl ReflectiveShadowMap {
-    /// Plans the textures, `size` texels a side.
+    /// Plans the textures, `size` texels wide and high.
     pub fn new(plan: &mut FramePlan, size: u32) -> Self {
         let mut map = |name: &str, format, reason: &str| plan.texture(name, [size; 2], format, reason);
         Self {
@@ -76,7 +75,7 @@ impl ReflectiveShadowMap {
         }
     }
 
-    /// Plans one view: which triangle each texel shows, then what that surface sends on.
+    /// Plans the map of one view: the visible triangle of each texel, then the light that its surface reflects.
     fn draw(&self, plan: &mut FramePlan, scene: &SceneFacts, inputs: &Inputs, index: usize, view: &ShadowLayer) {
         let receive_only = inputs.receive_only.map(|surfaces| surfaces.flags);
         let depth = inputs.depth;
@@ -124,11 +123,11 @@ impl ReflectiveShadowMap {
     }
 }
 
-/// Plans maps of `size` texels a side for every light, and after each one what `use_map` makes of it. Nothing in a scene
-/// without lights.
+/// Plans maps of `size` texels a side for every light. `use_map` adds the passes that read a map after it is drawn.
+/// Plans nothing in a scene without lights.
 ///
 /// # Errors
-/// Where only textures were given, without a scene and its lights.
+/// If only textures are available, without a scene and its lights.
 pub fn plan_reflective_shadow_maps(
     plan: &mut FramePlan,
     inputs: &Inputs,
@@ -149,23 +148,23 @@ pub fn plan_reflective_shadow_maps(
     Ok(())
 }
 
-/// Whether some pass of the plan finds what lights see.
+/// Whether the plan draws reflective shadow maps.
 pub fn has_reflective_shadow_maps(plan: &FramePlan) -> bool {
     let shaders = [lit_surfaces::FILE, emitters::FILE];
     plan.passes.iter().any(|pass| shaders.contains(&pass.shader.file()))
 }
 
-/// Bytes of a buffer that every device binds: WebGPU's default.
+/// Largest storage buffer binding that every device supports: WebGPU's default.
 const LARGEST_BUFFER: u64 = 1 << 27;
 
-/// Points on emitters, for all of them: as many as a light's view has texels that matter.
+/// Number of points on all emitters: as many as a map has texels that matter.
 const EMITTER_POINTS: u32 = 1024;
 
-/// Bytes of a surface in either buffer that holds all of them, and of a virtual light.
+/// Bytes of a surface in each buffer of all surfaces, and of a virtual point light.
 const ENTRY: u64 = 16;
 const VIRTUAL_POINT_LIGHT: u64 = 48;
 
-/// An error where `views` of `size` texels a side have more than `most` texels in all.
+/// An error if `views` maps of `size` texels a side have more than `most` texels in total.
 fn refuse_too_large(technique: &str, size: u32, views: u64, most: u64) -> Result<(), SettingsError> {
     if views * u64::from(size) * u64::from(size) <= most {
         return Ok(());
@@ -184,7 +183,7 @@ const TEXEL: u64 = 32;
 /// scene without lights.
 ///
 /// # Errors
-/// Where only textures were given, without a scene and its lights, or where all views do not fit a buffer.
+/// If only textures are available, without a scene and its lights, or if the maps do not fit a buffer.
 pub fn plan_light_pyramid(
     plan: &mut FramePlan,
     inputs: &Inputs,
@@ -198,7 +197,7 @@ pub fn plan_light_pyramid(
         return Ok(None);
     }
     let views = layers.len() as u32;
-    // Coarser levels have a third as many texels as the finest one at most.
+    // The coarser levels have at most a third as many texels as the finest one.
     refuse_too_large(technique, size, u64::from(views), LARGEST_BUFFER / TEXEL * 3 / 4)?;
     let count: u64 = (0..levels).map(|level| u64::from(views) * u64::from(size >> level).pow(2)).sum();
     let texels = plan.buffer("light_pyramid", count * TEXEL, "surfaces that the lights light, at several scales");
@@ -219,11 +218,12 @@ pub fn plan_light_pyramid(
     Ok(Some(LightPyramid { texels, projections, views }))
 }
 
-/// Plans maps of `size` texels a side for every light and chooses `count` of their surfaces by what they bring to
-/// `receivers`; `None` in a scene without lights and emitters. `use_map` plans what else each map is read for.
+/// Plans maps of `size` texels a side for every light and chooses `count` virtual point lights from them by their
+/// contribution to `receivers`; `None` in a scene without lights and emitters. `use_map` adds other passes that read a
+/// map.
 ///
 /// # Errors
-/// Where only textures were given, without a scene and its lights.
+/// If only textures are available, without a scene and its lights.
 pub fn plan_virtual_point_lights(
     plan: &mut FramePlan,
     inputs: &Inputs,

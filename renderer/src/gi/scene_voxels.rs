@@ -1,5 +1,5 @@
-//! A binary grid of cubes over the whole scene, seen or not: what stands between a surface and a light that no camera
-//! sees.
+//! A binary voxel grid over the whole scene, on the screen or not. It holds the occluders between a surface and a light
+//! that no camera sees.
 
 use glam::Vec3;
 
@@ -7,16 +7,16 @@ use crate::scene::SceneFacts;
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_shared_shaders::scene_voxels::fill::{self, Fill};
 
-/// Invocations that share a triangle, at least.
+/// Smallest number of invocations that share a triangle.
 const FEWEST_ROWS: u32 = 8;
-/// `POINTS_PER_VOXEL` of fill.wgsl.
+/// Twin of `POINTS_PER_VOXEL` in fill.wgsl.
 const POINTS_PER_VOXEL: f64 = 1.5;
-/// Points that one invocation sets at most. Software drivers of the Mesa project leave the loops of an invocation after
-/// 65,535 turns, without a word; half of that is for loops around these.
+/// Largest number of points that one invocation sets. Software drivers of the Mesa project silently end the loops of an
+/// invocation after 65,535 iterations; half of that is reserved for the outer loops.
 const MOST_POINTS: f64 = 32768.0;
 
-/// Invocations that share a triangle, so that the largest one inside the grid is covered by all of them: its sides are no
-/// longer than the grid's diagonal, and it has half of their product of points.
+/// Number of invocations that share a triangle, so that they cover the largest triangle inside the grid. Its sides are
+/// no longer than the grid's diagonal, and it has half of the product of their points.
 fn rows(resolution: u32) -> u32 {
     let side = 3f64.sqrt() * f64::from(resolution) * POINTS_PER_VOXEL + 2.0;
     ((0.5 * side * side / MOST_POINTS).ceil() as u32).next_power_of_two().max(FEWEST_ROWS)
@@ -27,19 +27,19 @@ fn rows(resolution: u32) -> u32 {
 pub struct SceneVoxels {
     /// `Grid` of `scene_voxels/grid.wgsl`.
     pub grid: ResourceId,
-    /// One bit a cube.
+    /// One bit per voxel.
     pub voxels: ResourceId,
 }
 
-/// Plans a grid with `resolution` cubes along the scene's longest side.
+/// Plans a grid with `resolution` voxels along the scene's longest side.
 pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u32) -> SceneVoxels {
     let [low, high] = scene.bounds.map(Vec3::from);
     let longest = (high - low).max_element().max(f32::MIN_POSITIVE * 1e10);
     let width = longest / resolution as f32;
-    // A cube more on each side keeps what lies on the border inside.
+    // One more voxel on each side keeps surfaces on the boundary inside.
     let voxels = ((high - low) / width).ceil().as_uvec3() + 2;
     let size = [voxels.x.next_multiple_of(32), voxels.y, voxels.z];
-    // No wall of the bounding box lies on a border between cubes, where rounding would choose one.
+    // No side of the bounding box lies on a voxel boundary, where rounding would decide.
     let origin = low - 0.63 * width;
     let words: [u32; 8] =
         [origin.x.to_bits(), origin.y.to_bits(), origin.z.to_bits(), width.to_bits(), size[0], size[1], size[2], 0];
@@ -71,7 +71,7 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
     SceneVoxels { grid, voxels: bits }
 }
 
-/// Whether some pass of the plan fills such a grid.
+/// Whether the plan fills a voxel grid of the scene.
 pub fn has_scene_voxels(plan: &FramePlan) -> bool {
     plan.passes.iter().any(|pass| pass.shader.file() == fill::FILE)
 }

@@ -59,47 +59,47 @@ pub(crate) struct GpuLight {
 
 const NO_TEXTURE: u32 = u32::MAX;
 
-/// Buffers that hold a scene: geometry, materials, textures and lights. Every buffer has at least
-/// one element, so an empty scene binds like any other.
+/// Buffers of a scene: geometry, materials, textures and lights. Every buffer has at least one element, so that an
+/// empty scene binds like any other.
 pub struct SceneBuffers {
     /// `array<Vertex>`, world space.
     pub vertices: wgpu::Buffer,
-    /// `array<u32>`, three a triangle; also bound as index buffer.
+    /// `array<u32>`, three per triangle; also bound as index buffer.
     pub indices: wgpu::Buffer,
     /// `array<Material>`.
     pub materials: wgpu::Buffer,
-    /// `array<u32>`: for each texture width, height and its texels.
+    /// `array<u32>`: for each texture its width, its height and its texels.
     pub texels: wgpu::Buffer,
     /// `array<Light>`.
     pub lights: wgpu::Buffer,
-    /// `array<Object>`, the first one for what stands still; `None` where nothing moves.
+    /// `array<Object>`, the first one for static geometry; `None` if nothing is animated.
     pub objects: Option<wgpu::Buffer>,
-    /// `array<vec4f>`, laid out as `common/environment.wgsl` says; `None` without an environment.
+    /// `array<vec4f>` in the layout of `common/environment.wgsl`; `None` without an environment.
     pub environment: Option<wgpu::Buffer>,
     /// Number of indices; 0 for an empty scene.
     pub index_count: u32,
-    /// Indices of the meshes that are the skin of solid matter.
+    /// Indices of solid meshes.
     pub solid: Vec<Range<u32>>,
-    /// Indices of the meshes that are not, and have no cut-outs.
+    /// Indices of meshes that are neither solid nor alpha-masked.
     pub open: Vec<Range<u32>>,
-    /// Indices of the meshes that have cut-outs.
+    /// Indices of alpha-masked meshes.
     pub alpha_masked: Vec<Range<u32>>,
-    /// Indices of the meshes that have none.
+    /// Indices of all other meshes.
     pub without_alpha_masked: Vec<Range<u32>>,
     /// Number of lights; 0 for an unlit scene.
     pub light_count: u32,
-    /// What [`NumberedTriangles`] are made from, where a plan asks for them.
+    /// Source of [`NumberedTriangles`], for plans that need them.
     vertex_count: u32,
     corners: Vec<u32>,
     numbered: OnceLock<NumberedTriangles>,
 }
 
-/// The triangles with their numbers, for browsers that do not tell a fragment the number of its triangle: the first corner
-/// of each, which a flat varying comes from, is one that no other triangle begins with.
+/// The triangles with their numbers, for browsers without `primitive_index`: the first corner of each triangle, from
+/// which a flat varying is taken, begins no other triangle.
 pub(crate) struct NumberedTriangles {
-    /// Index buffer into `corners`, in the order of the scene's.
+    /// Index buffer into `corners`, in the order of the scene's indices.
     pub(crate) indices: wgpu::Buffer,
-    /// `array<vec2u>`: a vertex, and the number from 1 of the triangle that begins with it.
+    /// `array<vec2u>`: a vertex, and the number of the triangle that begins with it, counted from 1.
     corners: wgpu::Buffer,
 }
 
@@ -164,7 +164,7 @@ impl SceneBuffers {
         }
     }
 
-    /// The triangles with their numbers, made when the first plan asks for them.
+    /// The triangles with their numbers, created when the first plan needs them.
     pub(crate) fn numbered(&self, gpu: &Gpu) -> &NumberedTriangles {
         self.numbered.get_or_init(|| {
             let (mut indices, mut corners) = numbered(self.vertex_count, &self.corners);
@@ -179,8 +179,8 @@ impl SceneBuffers {
         })
     }
 
-    /// Takes over lights that moved or changed their brightness. Returns false, and changes nothing, where their number
-    /// is another one. The shadows follow with the plan: see [`halflight_frame_graph::CompiledGraph::update`].
+    /// Updates lights that moved or changed their brightness. Returns false and changes nothing if their number
+    /// differs. The shadows follow with the plan: see [`halflight_frame_graph::CompiledGraph::update`].
     pub fn relight(&self, gpu: &Gpu, moved: &[Light]) -> bool {
         let same = moved.len() == self.light_count as usize;
         if same && !moved.is_empty() {
@@ -189,7 +189,7 @@ impl SceneBuffers {
         same
     }
 
-    /// Bytes held on the device.
+    /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
         let all = [&self.vertices, &self.indices, &self.materials, &self.texels, &self.lights];
         let numbered = self.numbered.get().into_iter().flat_map(|numbered| [&numbered.indices, &numbered.corners]);
@@ -231,30 +231,30 @@ impl Provider for SceneBuffers {
 pub mod triangles {
     use halflight_shared_shaders::Shader;
 
-    /// All of them.
+    /// All triangles.
     pub const ALL: &str = "all";
-    /// Of meshes that enclose solid matter.
+    /// Triangles of solid meshes.
     pub const SOLID: &str = "solid";
-    /// Of meshes that do not, and are not alpha-masked.
+    /// Triangles of meshes that are neither solid nor alpha-masked.
     pub const OPEN: &str = "open";
-    /// Of alpha-masked meshes.
+    /// Triangles of alpha-masked meshes.
     pub const ALPHA_TESTED: &str = "alpha_tested";
-    /// Of all others.
+    /// Triangles of all other meshes.
     pub const OPAQUE: &str = "opaque";
-    /// All of them, in the order and with the corners of `scene.corners`: each begins with a corner of its own.
+    /// All triangles in the scene's order, with the corners of `scene.corners`: each begins with a corner of its own.
     pub const NUMBERED: &str = "numbered";
     /// As [`NUMBERED`], of alpha-masked meshes.
     pub const NUMBERED_ALPHA_TESTED: &str = "numbered_alpha_tested";
     /// As [`NUMBERED`], of all others.
     pub const NUMBERED_OPAQUE: &str = "numbered_opaque";
 
-    /// All triangles, those that are not alpha-masked by a shader that does not test alpha: a fragment that may be discarded
-    /// costs several times what depth alone costs. `None` stands for the pass's own shader.
+    /// All triangles. Those that are not alpha-masked use a shader without the alpha test, because a fragment that may
+    /// be discarded costs several times as much as depth alone. `None` is the pass's own shader.
     pub fn by_alpha(alpha_tested: bool, opaque: &'static Shader) -> Vec<(&'static str, Option<&'static Shader>)> {
         if alpha_tested { vec![(OPAQUE, Some(opaque)), (ALPHA_TESTED, None)] } else { vec![(ALL, None)] }
     }
 
-    /// As [`by_alpha`], of numbered triangles.
+    /// As [`by_alpha`], for numbered triangles.
     pub fn numbered_by_alpha(
         alpha_tested: bool,
         opaque: &'static Shader,
@@ -272,7 +272,7 @@ fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>) {
     let mut indices = Vec::new();
     for mesh in &scene.meshes {
         let first = vertices.len() as u32;
-        // The first object is the world at rest.
+        // The first object is the static world.
         let object = mesh.object.map_or(0, |object| object as u32 + 1);
         vertices.extend(mesh.positions.iter().zip(&mesh.normals).zip(&mesh.uvs).map(|((&position, &normal), &uv)| {
             Vertex { position, material: mesh.material as u32, uv, normal: pack_normal(normal), object }
@@ -282,8 +282,9 @@ fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>) {
     (vertices, indices)
 }
 
-/// Indices, each triangle turned so that it begins with a corner that is its own, and those corners: a vertex and the
-/// number from 1 of the triangle that begins with it, or 0. A vertex is doubled where no other of a triangle is free.
+/// Indices with each triangle rotated so that it begins with a corner of its own, and those corners: a vertex and the
+/// number of the triangle that begins with it, counted from 1, or 0. A vertex is duplicated if all corners of a
+/// triangle are taken.
 fn numbered(vertices: u32, indices: &[u32]) -> (Vec<u32>, Vec<[u32; 2]>) {
     let mut corners: Vec<[u32; 2]> = (0..vertices).map(|vertex| [vertex, 0]).collect();
     let mut turned = Vec::with_capacity(indices.len());
@@ -299,7 +300,7 @@ fn numbered(vertices: u32, indices: &[u32]) -> (Vec<u32>, Vec<[u32; 2]>) {
     (turned, corners)
 }
 
-/// Ranges of indices of the wanted meshes; neighbours are joined.
+/// Index ranges of the wanted meshes. Adjacent ranges are joined.
 fn ranges(scene: &Scene, wanted: impl Fn(&Mesh) -> bool) -> Vec<Range<u32>> {
     let mut ranges = Vec::<Range<u32>>::new();
     let mut first = 0;
@@ -330,7 +331,7 @@ fn pack_normal(normal: [f32; 3]) -> u32 {
     snorm(p.x) | snorm(p.y) << 16
 }
 
-/// Widest map that techniques look light up in; a wider one is averaged over squares for them.
+/// Largest width of the environment map for techniques. A wider one is averaged over squares.
 const LOOK_UP_WIDTH: u32 = 64;
 
 /// Twin of the layout in `common/environment.wgsl`: sizes, nine coefficients of irradiance, the map, and a small copy.
@@ -365,7 +366,7 @@ fn environment_words(environment: &Environment) -> Vec<[f32; 4]> {
 fn irradiance_coefficients(environment: &Environment) -> [[f32; 3]; 9] {
     use std::f64::consts::PI;
     let (w, h) = (f64::from(environment.width), f64::from(environment.height));
-    // A texel may be wide: directions within it are what counts, so few texels are looked at in many places.
+    // A texel may cover a large angle, so texels of small maps are sampled at many positions.
     let fine = (128.0 / w).ceil().max(1.0) as u32;
     let mut sums = [[0.0f64; 3]; 9];
     for (index, texel) in environment.texels.iter().enumerate() {
@@ -382,7 +383,7 @@ fn irradiance_coefficients(environment: &Environment) -> [[f32; 3]; 9] {
             }
         }
     }
-    // The cosine's own coefficients over pi: 1, 2/3, 1/4 by degree; and each polynomial's norm once more.
+    // The cosine's coefficients over pi (1, 2/3, 1/4 by degree), and the norm of each polynomial again.
     let cosine = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
     std::array::from_fn(|i| sums[i].map(|v| (v * cosine[i] * NORMS[i]) as f32))
 }
@@ -396,7 +397,7 @@ fn harmonics([x, y, z]: [f64; 3]) -> [f64; 9] {
     std::array::from_fn(|i| NORMS[i] * polynomials[i])
 }
 
-/// Every texture in one array of words; returns where each one starts.
+/// All textures in one array of words. Returns the start of each texture.
 fn texel_pool(textures: &[Texture]) -> (Vec<u32>, Vec<u32>) {
     // Square root of the linear value, in 10 bits, for each sRGB code.
     let root: [u32; 256] = std::array::from_fn(|code| {
@@ -420,11 +421,11 @@ fn texel_pool(textures: &[Texture]) -> (Vec<u32>, Vec<u32>) {
     (starts, words)
 }
 
-/// A spot wider than this (half angle, degrees) gets six faces: a single projection would spend its
-/// texels on the rim.
+/// A spot light wider than this (half angle, degrees) has six faces, because a single projection would waste its texels
+/// at the rim.
 const WIDE_SPOT_DEGREES: f32 = 60.0;
 
-/// Layers of the shadow map that a light needs.
+/// Number of shadow map layers of a light.
 pub(crate) fn shadow_faces(light: &Light) -> u32 {
     match light {
         Light::Point { .. } => 6,
@@ -473,7 +474,7 @@ mod tests {
 
     #[test]
     fn each_triangle_begins_with_a_corner_of_its_own() {
-        // A fan around vertex 0, closed, and a triangle that has no free vertex left.
+        // A closed fan around vertex 0, and a triangle without a free vertex.
         let fan = [0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1, 0, 1, 2, 1, 2, 3];
         let (turned, corners) = numbered(5, &fan);
         let vertex = |corner: &u32| corners[*corner as usize][0];
@@ -482,7 +483,7 @@ mod tests {
             let own: Vec<u32> = own.iter().map(vertex).collect();
             assert!((0..3).any(|turn| own == [of[turn], of[(turn + 1) % 3], of[(turn + 2) % 3]]), "{own:?} {of:?}");
         }
-        // Five vertices serve five triangles, the sixth doubles one.
+        // Five vertices serve five triangles. The sixth triangle duplicates one.
         assert_eq!(corners.len(), 6);
     }
 }

@@ -1,4 +1,4 @@
-//! What the lights look at, as plans bind it: buffers that follow the lights where they are animated.
+//! Shadow views of the lights as buffers of a plan. They follow animated lights.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Mat4;
@@ -6,14 +6,14 @@ use halflight_frame_graph::{FramePlan, Handle, ResourceId};
 
 use super::ShadowLayer;
 
-/// Kinds of handles: one layer of the shadow maps, by its index.
+/// Kinds of handles: one shadow map layer, by its index.
 const SHADOW_VIEW: &str = "light_view";
 /// World to clip space of all layers.
 const LIGHT_PROJECTIONS: &str = "light_projections";
 /// All layers, by the width of the shadow maps in texels.
 const SHADOW_LAYERS: &str = "shadow_layers";
 
-/// Twin of `ShadowView` in light_views/light_view.wgsl.
+/// Twin of `ShadowView` in common/shadow_view.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct ShadowView {
@@ -32,7 +32,7 @@ struct ShadowEntry {
     unused: [u32; 3],
 }
 
-/// The uniform block `light_view` of layer `index`, which is `layer` in the first frame.
+/// The uniform block `shadow_view` of layer `index`. `layer` is its state in the first frame.
 pub fn shadow_view(plan: &mut FramePlan, index: usize, layer: &ShadowLayer) -> ResourceId {
     let handle = Handle { kind: SHADOW_VIEW, index: index as u32 };
     plan.changing_data(handle, format!("light_view_{index}"), || view_bytes(layer), "what a light looks at")
@@ -50,10 +50,10 @@ pub fn shadow_entries(plan: &mut FramePlan, layers: &[ShadowLayer], map_size: u3
     plan.changing_data(handle, SHADOW_LAYERS, || entry_bytes(layers, map_size), "what the shadow maps look at")
 }
 
-/// New contents for a handle of this module, once the lights have moved to these layers.
+/// New contents of a handle after the lights changed to these layers.
 ///
 /// # Panics
-/// Where the handle is of another kind: a plan that depends on something else needs another source of contents.
+/// If the handle is of another kind: other dependencies need another source of contents.
 pub(super) fn contents(handle: Handle, layers: &[ShadowLayer]) -> Vec<u8> {
     match handle {
         Handle { kind: SHADOW_VIEW, index } => view_bytes(&layers[index as usize]),

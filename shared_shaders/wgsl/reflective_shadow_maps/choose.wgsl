@@ -1,12 +1,13 @@
-// A few of all lit surfaces, each as often as it is important: stands of equal width along the running sum of
-// importances (systematic sampling). One workgroup; what a chosen surface sends is divided by how often it is chosen.
+// Chooses virtual point lights among all lit surfaces in proportion to their importance: equidistant samples of the
+// running sum of importances (systematic sampling). One workgroup. The light of a chosen surface is divided by its
+// expected number of samples.
 import package::common::math::random3;
 import package::common::streams::CHOICE_STREAM;
 import package::common::view::View;
 import package::reflective_shadow_maps::light_surface::{LightSurface, unpack_light};
 
 struct Params {
-    // Surfaces of all light views, and how many to choose.
+    // Number of surfaces of all maps, and number to choose.
     surfaces: u32,
     chosen: u32,
 }
@@ -16,13 +17,13 @@ struct Params {
 @group(0) @binding(2) var<storage, read> importances: array<f32>;
 @group(0) @binding(3) var<storage, read> positions: array<vec4f>;
 @group(0) @binding(4) var<storage, read> lights: array<vec4u>;
-// Unpacked: every receiver reads them.
+// Unpacked, because every receiver reads them.
 @group(0) @binding(5) var<storage, read_write> virtual_point_lights: array<LightSurface>;
 
 const THREADS: u32 = 256u;
 var<workgroup> sums: array<f32, THREADS>;
 
-/// The surface of this index, standing for `factor` of its like.
+/// The surface of this index, standing for `factor` surfaces.
 fn standing_for(index: u32, factor: f32) -> LightSurface {
     var surface = unpack_light(positions[index].xyz, lights[index]);
     surface.factor = factor;
@@ -55,8 +56,8 @@ fn choose(@builtin(local_invocation_index) thread: u32) {
         }
         return;
     }
-    // The stand k lies at (k + start) strides; those in this thread's part of the sum are its own. Rounding can neither
-    // skip one nor write one twice: the parts' borders are the same numbers for both neighbours.
+    // Sample k is at (k + start) strides. A thread handles the samples in its part of the sum. Rounding can neither
+    // skip a sample nor write one twice, because neighbouring parts share the same boundary values.
     var k = u32(max(ceil(before / stride - start), 0.0));
     var sum = before;
     let own_end = select(u32(max(ceil((before + own) / stride - start), 0.0)), params.chosen, thread == THREADS - 1u);
@@ -72,7 +73,7 @@ fn choose(@builtin(local_invocation_index) thread: u32) {
             k++;
         }
     }
-    // What rounding left over goes to the last lit surface of this part.
+    // Samples that rounding left over take the last lit surface of this part.
     while k < min(own_end, params.chosen) {
         virtual_point_lights[k] = standing_for(last, select(0.0, stride / importances[last], own > 0.0));
         k++;

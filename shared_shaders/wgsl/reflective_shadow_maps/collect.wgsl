@@ -1,5 +1,5 @@
-// The surfaces of one light view, in the camera's view space, behind those of the views before it, and how
-// much each of them would bring to what the camera sees, from a few receivers spread over the screen.
+// Appends the surfaces of one map, in the camera's view space, to those of the previous maps, with the importance of
+// each: its contribution to a few receivers spread over the screen.
 import package::common::math::random3;
 import package::common::streams::IMPORTANCE_STREAM;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
@@ -10,7 +10,7 @@ import package::reflective_shadow_maps::light_surface::{LightSurface, unpack_lig
 import package::reflective_shadow_maps::transfer::{transfer, nearness};
 
 struct Params {
-    // Place of this view's first surface in the buffers.
+    // Index of this map's first surface in the buffers.
     first: u32,
     // Width of a texel of `surfels` in full-resolution pixels.
     scale: f32,
@@ -42,7 +42,7 @@ fn collect(@builtin(global_invocation_id) id: vec3u) {
     if shown {
         let grid = vec2f(textureDimensions(surfels)) / f32(RECEIVERS);
         for (var i = 0u; i < RECEIVERS * RECEIVERS; i++) {
-            // The same receivers for every surface: they are compared with one another.
+            // All surfaces use the same receivers, because their importances are compared.
             let jitter = random3(vec2u(i, 0u), view.frame, IMPORTANCE_STREAM, view.seed).xy;
             let texel = vec2u((vec2f(vec2u(i % RECEIVERS, i / RECEIVERS)) + jitter) * grid);
             let words = textureLoad(surfels, texel, 0);

@@ -1,7 +1,8 @@
 // variants: animated, chosen
-// Points on the scene's emitters, each standing for its share of their surfaces and sending to both sides: area lights as
-// small discs. More points where more power leaves. With `chosen`, in the camera's view space behind what the lights'
-// views show, with their importance, as `collect.wgsl` does for those; otherwise in world space.
+// Points on the scene's emitters. Each point is a small disc that stands for its share of the emitting area and sends
+// light to both sides. The density of points is proportional to the emitted power. With `chosen`, the points are in the
+// camera's view space, after the surfaces of the maps, and have an importance like those of `collect.wgsl`; otherwise
+// they are in world space.
 import package::common::math::{PI, random3};
 @if(chosen) import package::common::streams::IMPORTANCE_STREAM;
 import package::common::scene::{Vertex, Material};
@@ -15,7 +16,7 @@ import package::reflective_shadow_maps::light_surface::{LightSurface, pack_light
 @if(chosen) import package::reflective_shadow_maps::transfer::{transfer, nearness};
 
 struct Params {
-    // Place of the first point's surfaces in the buffers.
+    // Index of the first point's surfaces in the buffers.
     first: u32,
     points: u32,
     // Number of emitting triangles.
@@ -26,7 +27,7 @@ struct Params {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
-// For each emitting triangle the power of all up to it (float32, as a share of all), and its first index.
+// For each emitting triangle, the cumulative power up to it (float32, as a share of the total) and its first index.
 @group(0) @binding(2) var<storage, read> emitters: array<vec2u>;
 @group(0) @binding(3) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(4) var<storage, read> indices: array<u32>;
@@ -64,7 +65,7 @@ fn write(index: u32, surface: LightSurface) {
         var sum = 0.0;
         let grid = vec2f(textureDimensions(surfels)) / f32(RECEIVERS);
         for (var i = 0u; i < RECEIVERS * RECEIVERS; i++) {
-            // The same receivers as for what the lights' views show.
+            // The same receivers as for the surfaces of the maps.
             let jitter = random3(vec2u(i, 0u), view.frame, IMPORTANCE_STREAM, view.seed).xy;
             let texel = vec2u((vec2f(vec2u(i % RECEIVERS, i / RECEIVERS)) + jitter) * grid);
             let words = textureLoad(surfels, texel, 0);
@@ -84,7 +85,7 @@ fn scatter(@builtin(global_invocation_id) id: vec3u) {
     }
     let start = random3(vec2u(0u), view.frame, EMITTER_STREAM, view.seed).xy;
     let share = (f32(id.x) + random3(vec2u(id.x, 0u), view.frame, EMITTER_STREAM, view.seed).z) / f32(params.points);
-    // The first triangle with more power up to it.
+    // The first triangle whose cumulative power exceeds the share.
     var low = 0u;
     var high = params.triangles - 1u;
     while low < high {
@@ -103,8 +104,8 @@ fn scatter(@builtin(global_invocation_id) id: vec3u) {
     let a = corner(first);
     let ab = corner(first + 1u) - a;
     let ac = corner(first + 2u) - a;
-    // Successive points lie in successive parts of the emitters: the R2 lattice (Roberts 2018) spreads those of a triangle evenly
-    // over a square, whose other half is folded back.
+    // Successive points lie on successive parts of the emitters. The R2 lattice (Roberts 2018) distributes those of a
+    // triangle evenly over a square, whose other half is folded back.
     let spread = fract(start + f32(id.x) * vec2f(0.7548776662466927, 0.5698402909980532));
     let at = select(spread, 1.0 - spread, spread.x + spread.y > 1.0);
     let longest = max(max(length(ab), length(ac)), 1e-30);

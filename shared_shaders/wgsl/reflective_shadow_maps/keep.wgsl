@@ -1,7 +1,7 @@
-// What one light sees, kept as the finest level of the pyramid over all lights' views.
+// Copies one reflective shadow map to the finest level of the pyramid over all maps.
 
 struct Params {
-    // Index of the view's first texel.
+    // Index of the map's first texel.
     first: u32,
 }
 

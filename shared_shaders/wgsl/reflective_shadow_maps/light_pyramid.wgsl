@@ -1,5 +1,5 @@
-// Where the texels of a pyramid over the lights' views stand in one buffer, two words of four numbers each: level by level
-// from the finest, in each level view by view, rows from the top. The views' size is a multiple of the coarsest texel.
+// Layout of the pyramid over the reflective shadow maps in one buffer, two vec4u per texel: level by level from the
+// finest, in each level map by map, rows from the top. The width of the maps is a multiple of the coarsest texel.
 import package::reflective_shadow_maps::light_surface::{LightSurface, unpack_light};
 
 /// Index of a level's first texel.
@@ -11,7 +11,7 @@ fn level_start(level: u32, size: u32, views: u32) -> u32 {
     return start;
 }
 
-/// A texel: its position in world space, then area, normal and radiance as `pack_light` leaves them.
+/// A texel: position in world space, then area, normal and radiance as packed by `pack_light`.
 fn unpack_texel(position: vec4u, light: vec4u) -> LightSurface {
     return unpack_light(bitcast<vec3f>(position.xyz), light);
 }

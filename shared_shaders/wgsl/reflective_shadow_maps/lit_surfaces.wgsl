@@ -1,7 +1,7 @@
 // variants: textured, animated, receive_only, seen
-// What one light (or one of the six faces around it) sees: a reflective shadow map (Dachsbacher & Stamminger 2005), made
-// from the number of the first triangle on each texel's ray. That surface is lit, so no shadow is looked up. With
-// `receive_only`, some surfaces send nothing on; with `seen`, those that the camera does not see.
+// The reflective shadow map of one light or of one cube face (Dachsbacher & Stamminger 2005), from the number of the
+// first triangle on each texel's ray. That surface is lit, so no shadow test is needed. With `receive_only`, some
+// surfaces send nothing. With `seen`, only surfaces that the camera sees send light.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{LARGEST_RADIANCE, PI};
 import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vertex_normal, light_incidence};
@@ -18,9 +18,9 @@ import package::common::shadow_view::ShadowView;
 @group(0) @binding(3) var<storage, read> materials: array<Material>;
 @group(0) @binding(4) var<storage, read> lights: array<Light>;
 @if(animated) @group(0) @binding(5) var<storage, read> objects: array<Object>;
-// One word a material: 1 where it only receives.
+// One word per material: 1 if it receives light but sends none.
 @if(receive_only) @group(0) @binding(6) var<storage, read> receive_only: array<u32>;
-// Number of the first triangle, from 1; 0 where there is none.
+// Number of the first triangle, counted from 1; 0 without a triangle.
 @group(0) @binding(7) var triangles: texture_2d<u32>;
 // World position.
 @group(0) @binding(8) var rsm_position: texture_storage_2d<rgba32float, write>;
@@ -29,7 +29,7 @@ import package::common::shadow_view::ShadowView;
 @if(seen) @group(0) @binding(10) var<uniform> view: View;
 @if(seen) @group(0) @binding(11) var depth: texture_2d<f32>;
 
-// A pixel shows a surface where its depth differs from that of the surface's plane by less than this share.
+// Relative depth tolerance between a pixel and the plane of the surface for the pixel to show that surface.
 @if(seen)
 const SAME_DEPTH: f32 = 0.01;
 
@@ -37,7 +37,7 @@ struct Corner {
     world: vec3f,
     normal: vec3f,
     uv: vec2f,
-    // In clip space x and y, and the depth.
+    // Clip-space x and y, and the depth.
     clip: vec3f,
 }
 
@@ -57,9 +57,9 @@ fn cross_2d(a: vec2f, b: vec2f) -> f32 {
     return a.x * b.y - a.y * b.x;
 }
 
-/// Weights of a triangle's corners where the ray through `ndc` meets it, from homogeneous edge functions (Olano & Greer
-/// 1997) around that ray, so that the edges of a small triangle do not cancel. Where rounding lets the ray miss, as on an
-/// edge or a sliver, the nearest weights inside.
+/// Barycentric weights of a triangle at `ndc`, from homogeneous edge functions (Olano & Greer 1997) relative to that
+/// ray, so that the edges of a small triangle do not cancel. If rounding makes the ray miss, as on an edge or a sliver,
+/// these are the nearest weights inside.
 fn weights_at(ndc: vec2f, a: vec3f, b: vec3f, c: vec3f) -> vec3f {
     let from_a = a.xy - ndc * a.z;
     let from_b = b.xy - ndc * b.z;
@@ -70,7 +70,7 @@ fn weights_at(ndc: vec2f, a: vec3f, b: vec3f, c: vec3f) -> vec3f {
     return select(vec3f(1.0 / 3.0), inside / sum, sum > 0.0);
 }
 
-/// Whether the camera sees this place, on the side that faces along `normal`; both in world space.
+/// Whether the camera sees this position from the side of `normal`; both in world space.
 @if(seen)
 fn is_seen(position: vec3f, normal: vec3f) -> bool {
     let p = (view.world_to_view * vec4f(position, 1.0)).xyz;
@@ -80,7 +80,8 @@ fn is_seen(position: vec3f, normal: vec3f) -> bool {
     }
     let pixel = min(vec2u(pixel_of(p, view.tan_half_fov, view.display_size)), vec2u(view.display_size) - 1u);
     let shown = textureLoad(depth, pixel, 0).x;
-    // The surface's plane meets the ray through the pixel's centre at a depth of dot(n, p) over this; edge-on, at none.
+    // The surface's plane intersects the ray through the pixel's centre at the depth dot(n, p) / slope. Seen edge-on,
+    // it does not.
     let slope = dot(n, view_position((vec2f(pixel) + 0.5) / view.display_size, 1.0, view.tan_half_fov));
     let on_plane = abs(shown * slope - dot(n, p)) < SAME_DEPTH * shown * abs(slope);
     return on_plane || abs(shown + p.z) < SAME_DEPTH * shown;
@@ -118,7 +119,7 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     }
     let source = lights[shadow_view.light];
     let incidence = light_incidence(source, position);
-    // Where opposite normals cancel, the triangle's own plane; surfaces are two-sided: the normal is that of the lit side.
+    // If opposite normals cancel, use the normal of the triangle. Surfaces are two-sided: the normal faces the light.
     var normal = mat3x3f(a.normal, b.normal, c.normal) * weights;
     if dot(normal, normal) <= 1e-8 {
         normal = normalize(b.world - a.world);
@@ -128,14 +129,14 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     normal *= select(1.0, -1.0, dot(normal, incidence.direction) < 0.0);
     let cosine = dot(normal, incidence.direction);
     let irradiance = min(incidence.irradiance, vec3f(LARGEST_RADIANCE)) * cosine;
-    // The texel's area across its ray, then along the surface. Near the edge of what a light sees shading normals are
-    // off by more than the bound, as in a camera's view.
-    // Width of a texel: scene units (directional), or for each unit of distance along the map's axis.
+    // The texel's area across its ray, then along the surface. Near the edge of the light's view the error of shading
+    // normals exceeds the bound, as in a camera's view.
+    // Width of a texel: scene units (directional), otherwise per unit of distance along the map's axis.
     let texel_width = shadow_view.width / f32(textureDimensions(rsm_position).x);
     var across = texel_width * texel_width;
     if source.kind != LIGHT_DIRECTIONAL {
-        // Seen by a pinhole: the texel's solid angle shrinks with the cube of the cosine to the map's axis, the square
-        // of the distance grows with its inverse square.
+        // Perspective map: the solid angle of the texel is proportional to the cubed cosine to the map's axis. The
+        // squared distance is proportional to the inverse of the squared cosine.
         let depth = dot(vec3f(a.clip.z, b.clip.z, c.clip.z), weights);
         across *= depth * depth * depth / max(incidence.distance, 1e-30);
     }

@@ -1,5 +1,5 @@
 // variants: alpha_tested, animated, triangles
-// Depth as one light (or one of the six faces around it) sees it, with `triangles` also which triangle is seen.
+// Depth from one light or one cube face; with `triangles`, also the number of the visible triangle.
 import package::common::scene::Vertex;
 @if(alpha_tested) import package::common::scene::Material;
 @if(animated) import package::common::scene::Object;
@@ -10,14 +10,15 @@ import package::common::shadow_view::ShadowView;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @if(alpha_tested) @group(0) @binding(2) var<storage, read> materials: array<Material>;
 @if(animated) @group(0) @binding(3) var<storage, read> objects: array<Object>;
-// A vertex, and the number of the triangle that begins with it (`NumberedTriangles` of renderer/src/scene_buffers.rs).
+// A vertex, and the number of the triangle that begins with it (`NumberedTriangles` of
+// renderer/src/scene/numbered_triangles.rs).
 @if(triangles) @group(0) @binding(4) var<storage, read> corners: array<vec2u>;
 
 struct Varyings {
     @builtin(position) clip: vec4f,
     @if(alpha_tested) @location(0) uv: vec2f,
     @if(alpha_tested) @location(1) @interpolate(flat, either) material: u32,
-    // From 1; 0 is nothing. That of the triangle's first corner.
+    // Number of the triangle from its first corner, counted from 1; 0 is none.
     @if(triangles) @location(2) @interpolate(flat, first) triangle: u32,
 }
 

@@ -1,5 +1,5 @@
-// Screen-space ambient occlusion (Mittring 2007), over the hemisphere: the share of points that are in front of what is
-// seen where they project.
+// Screen-space ambient occlusion (Mittring 2007) over the hemisphere. The result is ambient visibility: the share of
+// points that are in front of the visible surface at their projection.
 import package::common::hemisphere::hemisphere_point;
 import package::common::math::spread2;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
@@ -20,7 +20,7 @@ struct Params {
 
 override SAMPLES: u32;
 
-// Points this close to the surface, in radii, count as in front of it: depth is rounded.
+// Points this close to the surface, in radii, count as in front of it, because depth is rounded.
 const BIAS: f32 = 0.01;
 
 @compute @workgroup_size(8, 8)
@@ -42,7 +42,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             let on_screen = point.z < 0.0 && all(pixel >= vec2f(0.0)) && all(pixel < view.display_size);
             let texel = select(vec2i(0), vec2i(floor(pixel / params.scale)), on_screen);
             let depth = surfel_depth(textureLoad(surfels, texel, 0));
-            // What stands more than the radius before a point is another object's silhouette and hides nothing here.
+            // An occluder more than the radius in front of a point is the silhouette of another object and does not
+            // count.
             let near = -point.z - depth < 2.0 * params.radius;
             hidden += select(0.0, 1.0, on_screen && depth > SKY_DEPTH && depth < -point.z && near);
         }

@@ -1,7 +1,8 @@
 // variants: further
-// Light of one light that passes translucent surfaces from their far side (Lambru et al., section 3.4): straight on from where
-// the light's view shows that it enters, over the distance inside (Beer-Lambert), out as from a diffuse surface. What stands
-// before the body counts as inside it. With `further`, added to what the views before it brought.
+// Light of one light that passes through translucent surfaces from their far side (Lambru et al., section 3.4). It
+// travels straight from the entry point in the light's map, is absorbed over the distance inside (Beer-Lambert), and
+// leaves like from a diffuse surface. Occluders in front of the body count as inside it. With `further`, adds to the
+// previous maps.
 import package::common::math::{LARGEST_RADIANCE, PI};
 import package::common::scene::{Material, Light, light_incidence};
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
@@ -18,7 +19,8 @@ import package::common::shadow_view::ShadowView;
 @if(further) @group(0) @binding(8) var partial_sum: texture_2d<f32>;
 @group(0) @binding(9) var transmitted: texture_storage_2d<rgba32float, write>;
 
-// Faces around a light are wider than a right angle by this (renderer/src/shadow.rs); each place belongs to one of them.
+// Cube faces are wider than a right angle by this factor (renderer/src/scene/shadow.rs). Each position belongs to one
+// of them.
 const FACE: f32 = 1.01;
 
 @compute @workgroup_size(8, 8)
@@ -44,7 +46,7 @@ fn transmit(@builtin(global_invocation_id) id: vec3u) {
             let size = vec2f(textureDimensions(rsm_position));
             let texel = vec2u(min((ndc * vec2f(0.5, -0.5) + 0.5) * size, size - 1.0));
             let entry = textureLoad(rsm_position, texel, 0);
-            // Where the view shows nothing there is a sheet at its border.
+            // If the map shows nothing, the surface is a sheet at its edge.
             let inside = select(0.0, max(dot(entry.xyz - position, incidence.direction), 0.0), entry.w > 0.0);
             let left = exp(-surface.absorption * inside);
             sum += surface.translucency * left * min(incidence.irradiance, vec3f(LARGEST_RADIANCE)) * (cosine / PI);

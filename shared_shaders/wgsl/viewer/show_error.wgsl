@@ -1,27 +1,27 @@
-// Shows how far indirect light is from the truth: the square root of each pixel's share of relMSE, in the colours of
-// a scale that the caller gives.
+// Shows the error of indirect light: the square root of each pixel's share of relMSE, in the colours of a scale given
+// by the caller.
 
-// 1 where `image` holds indirect light, 0 where the frame has none.
+// 1 if `image` holds indirect light, 0 if the frame has none.
 override INDIRECT: u32;
 
 struct Params {
-    // The `0.01 m^2` of relMSE, m the mean of the truth.
+    // The `0.01 m^2` of relMSE, with m the mean of the reference.
     relative_floor: f32,
-    // Relative error that takes the last colour.
+    // Relative error shown in the last colour.
     full_scale: f32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
 // Incident indirect light, albedo not included.
 @group(0) @binding(1) var image: texture_2d<f32>;
-// The truth's albedo * indirect; its fourth channel is 0 where there is no surface.
+// The reference's albedo * indirect. Its fourth channel is 0 without a surface.
 @group(0) @binding(2) var truth: texture_2d<f32>;
 @group(0) @binding(3) var albedo: texture_2d<f32>;
 @group(0) @binding(4) var display: texture_storage_2d<rgba8unorm, write>;
-// Evenly spaced, sRGB-encoded.
+// Colours of the scale, evenly spaced, sRGB-encoded.
 @group(0) @binding(5) var<storage, read> colours: array<vec4f>;
 
-// Grey of pixels that do not count.
+// Grey of pixels without a surface.
 const LEFT_OUT: vec3f = vec3f(0.376);
 
 @compute @workgroup_size(8, 8)

@@ -97,7 +97,7 @@ fn follows_objects(
 fn plan_receive_only(plan: &mut FramePlan, facts: &SceneFacts, gbuffer: &GBuffer) -> Option<ReceiveOnlyInputs> {
     let material = gbuffer.material.filter(|_| !facts.receive_only.is_empty())?;
     let flags = bytemuck::cast_slice(&facts.receive_only).to_vec();
-    let flags = plan.data("receive_only", flags, "materials that receive light and send none");
+    let flags = plan.data("receive_only", flags, "receive-only materials");
     Some(ReceiveOnlyInputs { material, flags })
 }
 
@@ -105,9 +105,9 @@ fn plan_receive_only(plan: &mut FramePlan, facts: &SceneFacts, gbuffer: &GBuffer
 fn plan_source(plan: &mut FramePlan, direct: ResourceId, receive_only: Option<ReceiveOnlyInputs>) -> ResourceId {
     let Some(ReceiveOnlyInputs { material, flags }) = receive_only else { return direct };
     let size = plan.display_size;
-    let source = plan.texture("source", size, Format::Rgba32Float, "direct light of surfaces that send it on");
+    let source = plan.texture("source", size, Format::Rgba32Float, "direct light without receive-only surfaces");
     plan.pass(Part::Technique, "source", Source { direct, material, receive_only: flags, source })
-        .because("some surfaces receive light and send none")
+        .because("some materials are receive-only")
         .over(size);
     source
 }
@@ -182,7 +182,7 @@ fn plan_scene_for(
         materials: plan.external("scene.materials", "the scene's materials"),
         texels: (facts.needs.textured || facts.needs.alpha_tested)
             .then(|| plan.external("scene.texels", "materials with textures")),
-        objects: (facts.needs.moving_objects > 0).then(|| plan.external("scene.objects", "objects move")),
+        objects: (facts.needs.moving_objects > 0).then(|| plan.external("scene.objects", "objects are animated")),
     };
     let looked_up = LookedUp {
         glossy: facts.needs.glossy && needs.glossy_material,
@@ -190,14 +190,14 @@ fn plan_scene_for(
     };
     let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct, follows, looked_up);
     let (direct, shadow) = match direct {
-        DirectSource::Given => (plan.external("direct", "direct light given by the caller"), None),
+        DirectSource::Given => (plan.external("direct", "direct light of the caller"), None),
         DirectSource::Rendered => {
             let shadow = plan_shadows(&mut plan, facts, &scene, settings)?;
             let direct = plan_direct(&mut plan, facts, &scene, &gbuffer, shadow);
             if facts.needs.environment {
-                let environment = plan.scene_buffer("scene.environment", "light from outside");
+                let environment = plan.scene_buffer("scene.environment", "environment light");
                 plan.pass(Part::Direct, "sky", Sky { depth: gbuffer.depth, environment, direct })
-                    .because("the environment shows where no surface does")
+                    .because("the environment is visible where there is no surface")
                     .over(size);
             }
             (direct, shadow)
@@ -240,7 +240,7 @@ fn plan_on_textures(
     size: [u32; 2],
 ) -> Result<FramePlan, SettingsError> {
     let mut plan = FramePlan::new(size);
-    let mut given = |name| plan.external(name, "given by the caller");
+    let mut given = |name| plan.external(name, "provided by the caller");
     let inputs = Inputs {
         depth: given("depth"),
         normal: given("normal"),
@@ -258,7 +258,7 @@ fn plan_on_textures(
         translucent: needs.translucent_material && facts.is_some_and(|facts| facts.needs.translucent),
     };
     let inputs =
-        Inputs { material: looked_up.any().then(|| plan.external("material", "given by the caller")), ..inputs };
+        Inputs { material: looked_up.any().then(|| plan.external("material", "provided by the caller")), ..inputs };
     plan.outputs.extend([
         ("depth", inputs.depth),
         ("normal", inputs.normal),

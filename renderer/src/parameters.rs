@@ -290,7 +290,7 @@ pub fn check_settings(settings: &Settings, declared: &[Parameter]) -> Result<(),
                     || format!("the parameters are {}", keys.join(", ")),
                     |near| format!("did you mean {near}?"),
                 );
-                return Err(SettingsError(format!("{key} is no parameter: {hint}")));
+                return Err(SettingsError(format!("{key} is not a parameter: {hint}")));
             }
         }
     }

@@ -1,14 +1,14 @@
-//! How light moves: every WGSL shader of the project, linked and validated when the crate is built, as a table of what each
-//! one binds and as one Rust type a shader. No graphics interface is used here.
+//! All WGSL shaders of the project, linked and validated when the crate is built, as a table of bindings and as one
+//! Rust type per shader. The crate uses no graphics API.
 //!
-//! The modules of this crate follow the folders of `wgsl/`. The struct in each of them has a field for everything that a run
-//! of the shader takes: resources, features, the uniform block `params` and pipeline-overridable constants. What is
-//! forgotten, misspelt or of another type does not compile:
+//! The modules of this crate follow the folders of `wgsl/`. The struct in each of them has a field for every input of a
+//! run of the shader: resources, features, the uniform block `params` and pipeline-overridable constants. A missing or
+//! misspelled field, or one of the wrong type, does not compile:
 //!
 //! ```
 //! use halflight_shared_shaders::{Call, source::Source};
 //!
-//! // Resources may have any name: here they are numbers.
+//! // Resources may have any type: here they are numbers.
 //! let call = Call::from(Source { direct: 0, material: 1, receive_only: 2, source: 3 });
 //! assert_eq!(call.shader.name, "source/source");
 //! ```
@@ -20,7 +20,7 @@ pub use call::{Call, Constant, UniformValue};
 /// A linked WGSL module.
 #[derive(Debug, PartialEq)]
 pub struct Shader {
-    /// Path under `wgsl/` without the ending, then `+feature` for each feature that is on.
+    /// Path under `wgsl/` without the extension, then `+feature` for each enabled feature.
     pub name: &'static str,
     /// Plain WGSL.
     pub source: &'static str,
@@ -57,7 +57,7 @@ pub enum Stage {
 /// One resource variable.
 #[derive(Debug, PartialEq)]
 pub struct Binding {
-    /// Name of the WGSL variable; the renderer binds by it.
+    /// Name of the WGSL variable. Resources are bound by this name.
     pub name: &'static str,
     /// Bind group.
     pub group: u32,
@@ -87,7 +87,7 @@ pub enum BindingKind {
         /// Whether it is an array of textures.
         arrayed: bool,
     },
-    /// Storage texture; the format carries naga's name.
+    /// Storage texture. The format is naga's name.
     StorageTexture {
         /// Texel format, for example `Rgba16Float`.
         format: &'static str,
@@ -124,7 +124,7 @@ impl Shader {
         self.entry_points.iter().find(|entry| entry.name == name)
     }
 
-    /// The name without features: that of the file.
+    /// The name without features: the name of the file.
     pub fn file(&self) -> &'static str {
         self.name.split('+').next().unwrap_or(self.name)
     }

@@ -1,4 +1,4 @@
-//! The techniques: each is one module here and one folder of WGSL, and a line in [`TECHNIQUES`].
+//! The techniques. Each one is a module here, a folder of WGSL, and an entry of [`TECHNIQUES`].
 
 pub mod bitmask;
 pub mod exhaustive;
@@ -19,7 +19,7 @@ use halflight_renderer::{
     parameters::{Parameter, Settings, SettingsError},
 };
 
-/// Every technique.
+/// All techniques.
 pub static TECHNIQUES: &[Technique] = &[
     hierarchical::TECHNIQUE,
     bitmask::TECHNIQUE,
@@ -34,10 +34,10 @@ pub static TECHNIQUES: &[Technique] = &[
     NONE,
 ];
 
-/// No indirect light at all: what every technique has to beat.
+/// No indirect light: the baseline that every technique has to beat.
 const NONE: Technique = Technique {
     name: "none",
-    summary: "no indirect light: the error that every technique starts from",
+    summary: "no indirect light: the baseline of every technique",
     parameters: Vec::new,
     complete: |_| Ok(Settings::new()),
     needs: |_| Ok(GBufferNeeds::NONE),
@@ -57,7 +57,7 @@ pub fn technique(name: &str) -> Result<&'static Technique, SettingsError> {
     })
 }
 
-/// What any technique with these settings needs of the G-buffer: for a scene whose technique is chosen later.
+/// G-buffer channels that any technique with these settings needs, for a scene whose technique is chosen later.
 ///
 /// # Errors
 /// A setting that its declaration does not allow.
@@ -72,7 +72,7 @@ pub fn needs_of_any(settings: &Settings) -> Result<GBufferNeeds, SettingsError> 
     })
 }
 
-/// Every parameter that takes effect with a technique: its own and those of direct light.
+/// All parameters of a technique: its own and those of direct light.
 pub fn parameters_of(technique: &Technique) -> Vec<Parameter> {
     let mut all = (technique.parameters)();
     all.extend(DirectLight::parameters());

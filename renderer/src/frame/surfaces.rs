@@ -57,25 +57,24 @@ pub(super) fn plan_gbuffer(
     looked_up: LookedUp,
 ) -> GBuffer {
     let size = plan.display_size;
-    let depth = plan.texture("depth", size, Format::R32Float, "every technique reads it");
-    let normal = plan.texture("normal", size, Format::Rgba16Float, "every technique reads it");
+    let depth = plan.texture("depth", size, Format::R32Float, "input of every technique");
+    let normal = plan.texture("normal", size, Format::Rgba16Float, "input of every technique");
     let albedo = plan.texture("albedo", size, Format::Rgba8UnormSrgb, "reflects direct and indirect light");
     let emitters = needs.emitters && direct == DirectSource::Rendered;
     let material = (emitters || needs.receive_only || looked_up.any()).then(|| {
         let reasons = [
-            (emitters, "the scene has emitters, direct light looks them up"),
-            (needs.receive_only, "some materials only receive light"),
-            (looked_up.glossy, "glossy light looks it up"),
-            (looked_up.translucent, "light that passes translucent surfaces looks it up"),
+            (emitters, "emission of emitters"),
+            (needs.receive_only, "some materials are receive-only"),
+            (looked_up.glossy, "glossy light"),
+            (looked_up.translucent, "translucent light"),
         ];
         let reasons: Vec<_> = reasons.into_iter().filter(|(holds, _)| *holds).map(|(_, reason)| reason).collect();
         plan.texture("material", size, Format::R32Uint, reasons.join("; "))
     });
-    let object = scene
-        .objects
-        .filter(|_| follows)
-        .map(|_| plan.texture("object", size, Format::R32Uint, "objects move, and the temporal filter follows them"));
-    let depth_test = plan.texture("depth_test", size, Gpu::DEPTH_FORMAT, "hidden surfaces");
+    let object = scene.objects.filter(|_| follows).map(|_| {
+        plan.texture("object", size, Format::R32Uint, "objects are animated, and the temporal filter follows them")
+    });
+    let depth_test = plan.texture("depth_test", size, Gpu::DEPTH_FORMAT, "depth test");
     let run = Gbuffer {
         vertices: scene.vertices,
         materials: scene.materials,
@@ -88,7 +87,7 @@ pub(super) fn plan_gbuffer(
     };
     let opaque = gbuffer::Features { alpha_tested: false, ..run.features() }.shader();
     let targets = [Some(depth), Some(normal), Some(albedo), material, object];
-    plan.pass(Part::GBuffer, "gbuffer", run).because("what the camera sees").draw(
+    plan.pass(Part::GBuffer, "gbuffer", run).because("visible surfaces").draw(
         triangles::by_alpha(needs.alpha_tested, opaque),
         targets.into_iter().flatten().collect(),
         (depth_test, 0),

@@ -28,9 +28,9 @@ pub fn plan_emitter_points(
     let bytes = bytemuck::cast_slice(&scene.emitters).to_vec();
     let emitters_data = plan.data("emitters", bytes, "triangles that emit light");
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
-    let indices = plan.scene_buffer("scene.indices", "its triangles");
+    let indices = plan.scene_buffer("scene.indices", "the scene's indices");
     let materials = plan.scene_buffer("scene.materials", "the scene's materials");
-    let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
     let run = Emitters {
         emitters: emitters_data,
         vertices,

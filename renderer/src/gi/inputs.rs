@@ -65,7 +65,7 @@ impl<'a> Inputs<'a> {
             _ if length > 0.0 => Ok(length),
             Some(SceneFacts { bounds: [low, high], .. }) => Ok(NEARBY * Vec3::from(*high).distance((*low).into())),
             None => Err(SettingsError(format!(
-                "{key} = 0 takes its length from the scene and only textures were given: give a length"
+                "{key} = 0 derives its length from the scene, and only textures were given: give a length"
             ))),
         }
     }

@@ -25,13 +25,13 @@ impl PreviousFrameBounce {
             return None;
         }
         let size = plan.display_size;
-        let light = plan.history("light", size, Format::Rgba32Uint, "light that surfaces reflect once more");
-        let source = plan.texture("fed", size, Format::Rgba32Float, "direct light and light that was fed back");
+        let light = plan.history("light", size, Format::Rgba32Uint, "history of indirect light");
+        let source = plan.texture("fed", size, Format::Rgba32Float, "direct light and the previous frame's bounces");
         let &Inputs { depth, normal, direct, albedo, .. } = inputs;
         let params = source::Params { bound };
         let run = Source { depth, normal, direct, albedo, light_before: light.before, source, params };
         plan.pass(Part::Technique, "feedback", run)
-            .because(format!("further bounces from the frame before, albedo at most {bound}"))
+            .because(format!("previous-frame bounces, albedo at most {bound}"))
             .over(size);
         Some(Self { source, light })
     }

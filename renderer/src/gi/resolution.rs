@@ -84,7 +84,7 @@ fn pyramid_and_planes(
             }),
         };
         plan.pass(Part::Technique, name, call)
-            .because(if scale < divisor { "leads to the start resolution" } else { "a level of the gather" })
+            .because(if scale < divisor { "intermediate step to the start resolution" } else { "level of the gather" })
             .over(size);
         levels.push(Level { size, scale, surfels });
         scale *= 2;

@@ -57,7 +57,7 @@ pub struct ReflectiveShadowMap {
 fn scene_of<'a>(inputs: &Inputs<'a>, technique: &str) -> Result<&'a SceneFacts, SettingsError> {
     inputs.scene.ok_or_else(|| {
         SettingsError(format!(
-            "{technique} draws the scene as its lights see it and only textures were given: plan with the facts of a scene"
+            "{technique} draws reflective shadow maps, and only textures were given: plan with the facts of a scene"
         ))
     })
 }
@@ -67,10 +67,10 @@ impl ReflectiveShadowMap {
     pub fn new(plan: &mut FramePlan, size: u32) -> Self {
         let mut map = |name: &str, format, reason: &str| plan.texture(name, [size; 2], format, reason);
         Self {
-            position: map("light_view_place", Format::Rgba32Float, "what a light sees, one after another"),
-            light: map("light_view_light", Format::Rgba32Uint, "what it sends there"),
-            triangles: map("light_view_triangles", Format::R32Uint, "which triangle a light sees"),
-            depth: map("light_view_depth_test", Gpu::DEPTH_FORMAT, "hidden surfaces"),
+            position: map("light_view_place", Format::Rgba32Float, "world positions of a reflective shadow map"),
+            light: map("light_view_light", Format::Rgba32Uint, "light that the map's surfaces reflect"),
+            triangles: map("light_view_triangles", Format::R32Uint, "visible triangles of a reflective shadow map"),
+            depth: map("light_view_depth_test", Gpu::DEPTH_FORMAT, "depth test"),
             size,
         }
     }
@@ -80,13 +80,13 @@ impl ReflectiveShadowMap {
         let receive_only = inputs.receive_only.map(|surfaces| surfaces.flags);
         let depth = inputs.depth;
         let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
-        let indices = plan.scene_buffer("scene.indices", "its triangles");
-        let corners = plan.scene_buffer("scene.corners", "the numbers of its triangles");
+        let indices = plan.scene_buffer("scene.indices", "the scene's indices");
+        let corners = plan.scene_buffer("scene.corners", "numbers of the scene's triangles");
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
         let lights = plan.scene_buffer("scene.lights", "the scene's lights");
         let texels = (scene.needs.textured || scene.needs.alpha_tested)
             .then(|| plan.scene_buffer("scene.texels", "materials with textures"));
-        let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects move"));
+        let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
         let shadow_view = shadow_view(plan, index, view);
         let run = ShadowMap {
             shadow_view,
@@ -98,11 +98,13 @@ impl ReflectiveShadowMap {
             triangles: Some(corners),
         };
         let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();
-        plan.pass(Part::Technique, format!("light_view_{index}"), run).because("which triangles a light sees").draw(
-            triangles::numbered_by_alpha(scene.needs.alpha_tested, opaque),
-            vec![self.triangles],
-            (self.depth, 0),
-        );
+        plan.pass(Part::Technique, format!("light_view_{index}"), run)
+            .because("visible triangles of a reflective shadow map")
+            .draw(
+                triangles::numbered_by_alpha(scene.needs.alpha_tested, opaque),
+                vec![self.triangles],
+                (self.depth, 0),
+            );
         let run = LitSurfaces {
             shadow_view,
             vertices,
@@ -118,7 +120,7 @@ impl ReflectiveShadowMap {
             seen: scene.only_seen_surfaces_send.then_some(depth),
         };
         plan.pass(Part::Technique, format!("lit_surfaces_{index}"), run)
-            .because("what a light lights sends light on")
+            .because("lit surfaces reflect light")
             .over([self.size; 2]);
     }
 }
@@ -200,19 +202,19 @@ pub fn plan_light_pyramid(
     // The coarser levels have at most a third as many texels as the finest one.
     refuse_too_large(technique, size, u64::from(views), LARGEST_BUFFER / TEXEL * 3 / 4)?;
     let count: u64 = (0..levels).map(|level| u64::from(views) * u64::from(size >> level).pow(2)).sum();
-    let texels = plan.buffer("light_pyramid", count * TEXEL, "surfaces that the lights light, at several scales");
+    let texels = plan.buffer("light_pyramid", count * TEXEL, "lit surfaces at several scales");
     let projections = light_projections(plan, layers);
     plan_reflective_shadow_maps(plan, inputs, technique, size, |plan, maps, index, _| {
         let params = keep::Params { first: index as u32 * size * size };
         let run = Keep { rsm_position: maps.position, light: maps.light, light_pyramid: texels, params };
         plan.pass(Part::Technique, format!("keep_{index}"), run)
-            .because("the next view is drawn into the same map")
+            .because("the next map is drawn into the same textures")
             .over([size; 2]);
     })?;
     for level in 1..levels {
         let params = pyramid::Params { size, views, level };
         plan.pass(Part::Technique, format!("light_pyramid_{level}"), Pyramid { light_pyramid: texels, params })
-            .because("what is far away is gathered in coarser texels")
+            .because("far light is gathered in coarser texels")
             .over([size >> level, (size >> level) * views]);
     }
     Ok(Some(LightPyramid { texels, projections, views }))
@@ -246,11 +248,11 @@ pub fn plan_virtual_point_lights(
     let surfaces = of_views + 2 * points;
     let mut buffer =
         |name: &str, entries: u32, bytes: u64, reason: &str| plan.buffer(name, u64::from(entries) * bytes, reason);
-    let positions = buffer("lit_places", surfaces, ENTRY, "where the lights' surfaces are");
-    let lights = buffer("lit_radiance", surfaces, ENTRY, "what the lights' surfaces send on");
-    let importances = buffer("importances", surfaces, 4, "what each of them would bring");
+    let positions = buffer("lit_places", surfaces, ENTRY, "positions of the lit surfaces");
+    let lights = buffer("lit_radiance", surfaces, ENTRY, "light that the lit surfaces reflect");
+    let importances = buffer("importances", surfaces, 4, "importance of each lit surface");
     let chosen = VirtualPointLights {
-        lights: buffer("virtual_lights", count, VIRTUAL_POINT_LIGHT, "surfaces that stand for all of them"),
+        lights: buffer("virtual_lights", count, VIRTUAL_POINT_LIGHT, "virtual point lights"),
         count,
     };
     plan_reflective_shadow_maps(plan, inputs, technique, size, |plan, maps, index, view| {
@@ -266,7 +268,7 @@ pub fn plan_virtual_point_lights(
             params,
         };
         plan.pass(Part::Technique, format!("collect_{index}"), run)
-            .because("what each surface would bring to what the camera sees")
+            .because("importance of each lit surface for the camera's view")
             .over([size; 2]);
         use_map(plan, maps, index, view);
     })?;
@@ -280,7 +282,7 @@ pub fn plan_virtual_point_lights(
         "choose",
         Choose { importances, positions, lights, virtual_point_lights: chosen.lights, params },
     )
-    .because(format!("{count} surfaces stand for all that are lit"))
+    .because(format!("{count} virtual point lights stand for all lit surfaces"))
     .over([1, 1]);
     Ok(Some(chosen))
 }

@@ -43,17 +43,18 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
     let origin = low - 0.63 * width;
     let words: [u32; 8] =
         [origin.x.to_bits(), origin.y.to_bits(), origin.z.to_bits(), width.to_bits(), size[0], size[1], size[2], 0];
-    let grid = plan.data("scene_grid", bytemuck::cast_slice(&words).to_vec(), "where the cubes are");
+    let grid = plan.data("scene_grid", bytemuck::cast_slice(&words).to_vec(), "position and size of the voxel grid");
     let bytes = size.map(u64::from).iter().product::<u64>() / 8;
-    let bits = plan.buffer("scene_cubes", bytes, format!("{} x {} x {} cubes, a bit each", size[0], size[1], size[2]));
+    let bits =
+        plan.buffer("scene_cubes", bytes, format!("{} x {} x {} voxels, one bit each", size[0], size[1], size[2]));
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
-    let indices = plan.scene_buffer("scene.indices", "its triangles");
+    let indices = plan.scene_buffer("scene.indices", "the scene's indices");
     let alpha_tested = scene.needs.alpha_tested.then(|| {
         let [materials, texels] =
-            ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"));
+            ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "alpha-masked surfaces"));
         fill::AlphaTested { materials, texels }
     });
-    let animated = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let animated = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
     let rows = rows(resolution);
     let constants = fill::Constants { rows };
     plan.pass(
@@ -64,8 +65,8 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
     .clear(bits)
     .once(!scene.animated())
     .because(match scene.animated() {
-        true => "what stands between surfaces, on the screen or not",
-        false => "what stands between surfaces, on the screen or not; once, as nothing moves",
+        true => "occluders, on the screen or not",
+        false => "occluders, on the screen or not; once, because the scene is static",
     })
     .over([scene.triangles.max(1), rows]);
     SceneVoxels { grid, voxels: bits }

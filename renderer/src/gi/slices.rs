@@ -70,7 +70,7 @@ impl SliceGather {
         let (format, what) = match (lit, packed) {
             (true, false) => (Format::Rgba32Float, "light along slices"),
             (true, true) => (Format::Rgba32Uint, "surfaces with light along slices"),
-            (false, _) => (Format::R32Float, "openness along slices"),
+            (false, _) => (Format::R32Float, "ambient visibility along slices"),
         };
         let gathered = plan.texture("gathered", level.size, format, what);
         let call = gather(SliceInputs {
@@ -96,7 +96,7 @@ impl SliceGather {
         environment_of(plan, inputs).map(|environment| {
             let size = plan.display_size;
             let indirect =
-                plan.texture("indirect", size, Format::Rgba32Float, "light from outside through what is open");
+                plan.texture("indirect", size, Format::Rgba32Float, "environment light times ambient visibility");
             let run = Ambient { normal: inputs.normal, ambient_occlusion: open, environment, indirect };
             plan.pass(Part::Technique, "ambient", run).because("the scene has an environment").over(size);
             indirect
@@ -115,7 +115,7 @@ fn tiled([width, height]: [u32; 2]) -> [u32; 2] {
 /// The scene's environment, if it has one.
 pub fn environment_of(plan: &mut FramePlan, inputs: &Inputs) -> Option<ResourceId> {
     let any = inputs.scene.is_some_and(|scene| scene.needs.environment);
-    any.then(|| plan.scene_buffer("scene.environment", "light from outside"))
+    any.then(|| plan.scene_buffer("scene.environment", "environment light"))
 }
 
 /// Plans the spatial filter: `count` passes. The distance of the taps doubles with each pass.
@@ -125,7 +125,7 @@ pub fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u
     let packed = format == Format::Rgba32Uint;
     (0..count).fold(noisy, |noisy, turn| {
         let spacing = 1u32 << turn;
-        let smoothed = plan.texture(format!("denoised_{turn}"), level.size, format, "neighbours averaged");
+        let smoothed = plan.texture(format!("denoised_{turn}"), level.size, format, "light after the spatial filter");
         let run = Denoise {
             surfels: if packed { noisy } else { level.surfels },
             smoothed,
@@ -135,7 +135,7 @@ pub fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u
             params: denoise::Params { scale: level.scale as f32, spacing },
         };
         plan.pass(Part::Technique, format!("denoise_{turn}"), run)
-            .because(format!("few samples leave noise: taps {spacing} apart"))
+            .because(format!("few samples leave noise: taps {spacing} texels apart"))
             .over(level.size);
         smoothed
     })

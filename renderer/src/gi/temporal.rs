@@ -56,8 +56,7 @@ fn filter(
     let size = plan.display_size;
     let half = plan.resources[light.0].format() == Some(Format::Rgba16Float);
     let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
-    let history =
-        plan.history(&format!("history{of}"), size, Format::Rgba32Uint, "light and surfaces that the filter remembers");
+    let history = plan.history(&format!("history{of}"), size, Format::Rgba32Uint, "history of the temporal filter");
     let filtered = plan.texture(format!("filtered{of}"), size, format, "indirect light, averaged over frames");
     let run = Temporal {
         depth: inputs.depth,

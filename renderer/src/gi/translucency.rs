@@ -31,7 +31,7 @@ impl<'a> Translucency<'a> {
         let size = plan.display_size;
         // No pass may read the texture that it writes.
         let name = format!("transmitted_{}", index % 2);
-        let sum = plan.texture_again(name, size, Format::Rgba32Float, "light that passes translucent surfaces");
+        let sum = plan.texture_again(name, size, Format::Rgba32Float, "light that passes through translucent surfaces");
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
         let lights = plan.scene_buffer("scene.lights", "the scene's lights");
         let run = translucency::Translucency {
@@ -46,7 +46,7 @@ impl<'a> Translucency<'a> {
             further: self.sum,
         };
         plan.pass(Part::Technique, format!("translucency_{index}"), run)
-            .because("some materials let light through")
+            .because("some materials are translucent")
             .over(size);
         self.sum = Some(sum);
     }

@@ -35,19 +35,24 @@ struct ShadowEntry {
 /// The uniform block `shadow_view` of layer `index`. `layer` is its state in the first frame.
 pub fn shadow_view(plan: &mut FramePlan, index: usize, layer: &ShadowLayer) -> ResourceId {
     let handle = Handle { kind: SHADOW_VIEW, index: index as u32 };
-    plan.changing_data(handle, format!("light_view_{index}"), || view_bytes(layer), "what a light looks at")
+    plan.changing_data(handle, format!("light_view_{index}"), || view_bytes(layer), "view of a shadow map layer")
 }
 
 /// World to clip space of each layer, as `array<mat4x4f>`.
 pub fn light_projections(plan: &mut FramePlan, layers: &[ShadowLayer]) -> ResourceId {
     let handle = Handle { kind: LIGHT_PROJECTIONS, index: 0 };
-    plan.changing_data(handle, LIGHT_PROJECTIONS, || projection_bytes(layers), "where a light sees a receiver")
+    plan.changing_data(
+        handle,
+        LIGHT_PROJECTIONS,
+        || projection_bytes(layers),
+        "projections of the reflective shadow maps",
+    )
 }
 
 /// The layers of shadow maps that are `map_size` texels wide.
 pub fn shadow_entries(plan: &mut FramePlan, layers: &[ShadowLayer], map_size: u32) -> ResourceId {
     let handle = Handle { kind: SHADOW_LAYERS, index: map_size };
-    plan.changing_data(handle, SHADOW_LAYERS, || entry_bytes(layers, map_size), "what the shadow maps look at")
+    plan.changing_data(handle, SHADOW_LAYERS, || entry_bytes(layers, map_size), "views of the shadow map layers")
 }
 
 /// New contents of a handle after the lights changed to these layers.

@@ -76,7 +76,7 @@ impl Trace {
     pub(super) fn new(gpu: &Gpu, tracer: &Tracer, request: &Request, stop: Stop) -> Result<Self, TruthError> {
         request.check()?;
         if stop.samples_per_pixel == 0 {
-            return Err(TruthError("truth of 0 samples a pixel: give at least 1".into()));
+            return Err(TruthError("the reference needs at least 1 sample per pixel".into()));
         }
         if stop.rel_error.is_some_and(|e| e.is_nan() || e <= 0.0) {
             return Err(TruthError("relative error: give a number above 0, for example 0.02".into()));

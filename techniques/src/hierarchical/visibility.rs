@@ -1,4 +1,4 @@
-//! The voxel grid that tells what stands between a surface and its source (Soler & Hoel 2010).
+//! The froxel grid, which holds the occluders between a surface and its source (Soler & Hoel 2010).
 
 use wgpu::TextureFormat as Format;
 
@@ -15,10 +15,10 @@ use halflight_shared_shaders::hierarchical::{
     voxelize::{self, Voxelize},
 };
 
-/// Slices of depth: bits of a column.
+/// Depth slices: bits of a column.
 pub const SLICES: u32 = 128;
 
-/// Twin of `SQUARE` in `hierarchical/depth_range.wgsl`: width of what one invocation looks at, texels.
+/// Twin of `SQUARE` in `hierarchical/depth_range.wgsl`: width of the square that one invocation reads, texels.
 const DEPTH_RANGE_SQUARE: u32 = 8;
 
 /// The grids of all levels.
@@ -27,7 +27,7 @@ pub(super) struct Froxels {
     depth_range: ResourceId,
 }
 
-/// What a gather reads of one level.
+/// Inputs of the gather of one level.
 #[derive(Clone, Copy)]
 pub(super) struct LevelFroxels {
     pub(super) froxels: ResourceId,
@@ -40,7 +40,7 @@ impl Froxels {
     }
 }
 
-/// Plans the grids of these levels; `None` where visibility is off.
+/// Plans the grids of these levels; `None` if visibility is off.
 pub(super) fn plan_froxels(
     plan: &mut FramePlan,
     inputs: &Inputs,
@@ -57,7 +57,7 @@ pub(super) fn plan_froxels(
                 .into(),
         ));
     };
-    let depth_range = plan.buffer("depth_range", 8, "what the slices of the voxels span");
+    let depth_range = plan.buffer("depth_range", 8, "depth range of the froxel grid");
     plan.pass(Part::Technique, "depth_range", DepthRange { surfels: levels[0].surfels, depth_range })
         .clear(depth_range)
         .because("slices reach from the nearest to the farthest visible surface")
@@ -79,7 +79,7 @@ pub(super) fn plan_froxels(
         };
         plan.pass(Part::Technique, &name, run)
             .because(match children {
-                None => "rays read textures",
+                None => "rays read textures faster than buffers",
                 Some(_) => "rays of a level stay in its own grid",
             })
             .over(level.size);
@@ -88,7 +88,7 @@ pub(super) fn plan_froxels(
     Ok(Some(Froxels { levels: grids, depth_range }))
 }
 
-/// What one raster pass draws into the grid.
+/// A raster pass into the grid.
 struct Raster {
     name: &'static str,
     triangles: &'static str,
@@ -97,15 +97,15 @@ struct Raster {
     reason: &'static str,
 }
 
-/// The raster passes of a scene. Only meshes with cut-outs look them up: where few fragments of a triangle are in the
-/// grid, that takes longer than everything else about them.
+/// The raster passes of a scene. Only alpha-masked meshes test alpha, because for triangles with few fragments in the
+/// grid the test dominates the cost.
 fn rasters(scene: &SceneFacts, visibility: Visibility) -> Vec<Raster> {
     let solid = |triangles, alpha_masked| Raster {
         name: "voxelize_solid",
         triangles,
         solid: true,
         alpha_masked,
-        reason: "meshes as solid matter",
+        reason: "meshes as solids",
     };
     let surfaces = |triangles| Raster {
         name: "voxelize_surfaces",
@@ -119,7 +119,7 @@ fn rasters(scene: &SceneFacts, visibility: Visibility) -> Vec<Raster> {
         triangles: triangles::ALPHA_TESTED,
         solid: false,
         alpha_masked: true,
-        reason: "meshes with cut-outs, as surfaces",
+        reason: "alpha-masked meshes, as surfaces",
     };
     let alpha_masked = scene.needs.alpha_tested.then_some(alpha_masked);
     let whole = match visibility {
@@ -130,8 +130,8 @@ fn rasters(scene: &SceneFacts, visibility: Visibility) -> Vec<Raster> {
             any.then(|| surfaces(triangles::OPAQUE)).into_iter().collect()
         }
         Visibility::Auto => {
-            // Flipping slices has to come first: setting them is the last word. An empty scene has one pass that draws
-            // nothing, to clear the grid.
+            // Flipping slices comes first and setting them last. An empty scene has one pass that draws nothing, to
+            // clear the grid.
             let open = scene.open_meshes() || !scene.solid_meshes() && alpha_masked.is_none();
             let both =
                 [scene.solid_meshes().then(|| solid(triangles::SOLID, false)), open.then(|| surfaces(triangles::OPEN))];
@@ -141,7 +141,7 @@ fn rasters(scene: &SceneFacts, visibility: Visibility) -> Vec<Raster> {
     whole.into_iter().chain(alpha_masked).collect()
 }
 
-/// The finest grid as the raster passes write it.
+/// The finest grid, written by the raster passes.
 fn plan_finest_froxels(
     plan: &mut FramePlan,
     scene: &SceneFacts,
@@ -151,15 +151,15 @@ fn plan_finest_froxels(
 ) -> ResourceId {
     let [width, height] = level.size;
     let bytes = u64::from(width) * u64::from(height) * u64::from(SLICES / 8);
-    let froxels = plan.buffer("columns", bytes, "voxels while triangles are drawn into them");
-    let target = plan.texture("voxel_target", level.size, Gpu::DEPTH_FORMAT, "gives the pass its size");
+    let froxels = plan.buffer("columns", bytes, "froxels while triangles are drawn");
+    let target = plan.texture("voxel_target", level.size, Gpu::DEPTH_FORMAT, "defines the size of the pass");
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
-    let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
     let mut first = true;
     for Raster { name, triangles, solid, alpha_masked: alpha_tested, reason } in rasters(scene, visibility) {
         let alpha_tested = alpha_tested.then(|| {
             let [materials, texels] = ["materials", "texels"]
-                .map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"));
+                .map(|name| plan.scene_buffer(&format!("scene.{name}"), "alpha-masked surfaces"));
             voxelize::AlphaTested { materials, texels }
         });
         let run = Voxelize {

@@ -1,4 +1,5 @@
-//! Ambient occlusion from the screen and from the lights' views.
+//! Ambient visibility (1 = open, 0 = closed; ambient occlusion is 1 minus it) from the screen and the reflective shadow
+//! maps.
 
 use wgpu::TextureFormat as Format;
 
@@ -16,10 +17,11 @@ use halflight_renderer::{
 };
 use halflight_shared_shaders::hybrid::{ambient_visibility, attenuate::Attenuate, average::Average};
 
-/// Passes of the filter: two average 25 texels, after which 32 samples leave about 2 % of noise.
+/// Passes of the filter. Two passes average 25 texels; 32 samples then leave about 2 % of noise.
 const BLUR: u32 = 2;
 
-/// What views tell so far. Passes alternate between two textures, because none may read what it writes.
+/// Sums over the views so far. Passes alternate between two textures, because no pass may read the texture that it
+/// writes.
 pub(super) struct AmbientVisibility<'a> {
     parameters: &'a Hybrid,
     level: &'a Level,
@@ -29,10 +31,10 @@ pub(super) struct AmbientVisibility<'a> {
 }
 
 impl<'a> AmbientVisibility<'a> {
-    /// Plans the screen's part, once for all lights; nothing where the setting is off.
+    /// Plans the screen's part, once for all lights; nothing if the setting is off.
     ///
     /// # Errors
-    /// Where the radius is left open and there is no scene to take it from.
+    /// If the radius is 0 and there is no scene to derive it from.
     pub(super) fn new(
         plan: &mut FramePlan,
         inputs: &Inputs,
@@ -45,22 +47,29 @@ impl<'a> AmbientVisibility<'a> {
         let radius = inputs.nearby(parameters.occlusion_radius, Hybrid::TECHNIQUE)?;
         let lights = if parameters.ambient_occlusion == Views::Both { inputs.shadow_layers().len() } else { 0 };
         let views = (0..(1 + lights).min(2))
-            .map(|i| plan.texture(format!("views_{i}"), level.size, Format::Rg32Float, "what views tell of openness"))
+            .map(|i| {
+                plan.texture(
+                    format!("views_{i}"),
+                    level.size,
+                    Format::Rg32Float,
+                    "ambient visibility of the views so far",
+                )
+            })
             .collect();
         let mut ambient_visibility = Self { parameters, level, radius, views, passes: 0 };
         ambient_visibility.look(plan, None);
         Ok(Some(ambient_visibility))
     }
 
-    /// Plans the part of one light's view.
+    /// Plans the part of one map.
     pub(super) fn add(&mut self, plan: &mut FramePlan, maps: &ReflectiveShadowMap, index: usize, view: &ShadowLayer) {
         self.look(plan, Some((maps, index, view)));
     }
 
     fn look(&mut self, plan: &mut FramePlan, light: Option<(&ReflectiveShadowMap, usize, &ShadowLayer)>) {
         let (name, reason) = match light {
-            None => ("occlusion_screen".into(), "points that the screen shows to be open or closed"),
-            Some((_, index, _)) => (format!("occlusion_{index}"), "and those that a light's view does"),
+            None => ("occlusion_screen".into(), "hemisphere samples against the screen"),
+            Some((_, index, _)) => (format!("occlusion_{index}"), "hemisphere samples against a reflective shadow map"),
         };
         let run = ambient_visibility::AmbientVisibility {
             surfels: self.level.surfels,
@@ -81,17 +90,17 @@ impl<'a> AmbientVisibility<'a> {
         self.passes += 1;
     }
 
-    /// Plans the mean of all views, its filter and its way to the display, where it is an output, too.
+    /// Plans the mean of all views, its filter and its upsampling. The result is also an output.
     pub(super) fn finish(self, plan: &mut FramePlan, inputs: &Inputs) -> ResourceId {
         let level = self.level;
         let ambient_visibility =
-            plan.texture("openness", level.size, Format::R32Float, "openness at the start resolution");
+            plan.texture("openness", level.size, Format::R32Float, "ambient visibility at the start resolution");
         plan.pass(
             Part::Technique,
             "occlusion",
             Average { views: self.views[(self.passes + 1) % 2], ambient_visibility },
         )
-        .because("the mean of what views tell, weighted by how well they can")
+        .because("mean of the views, weighted by their reliability")
         .over(level.size);
         let smooth = denoised(plan, level, ambient_visibility, BLUR);
         let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: Storage::Float32 };
@@ -102,7 +111,7 @@ impl<'a> AmbientVisibility<'a> {
     }
 }
 
-/// Plans light times openness.
+/// Plans light times ambient visibility.
 pub(super) fn attenuated(
     plan: &mut FramePlan,
     light: ResourceId,
@@ -112,13 +121,14 @@ pub(super) fn attenuated(
     let size = plan.display_size;
     let half = plan.resources[light.0].format() == Some(Format::Rgba16Float);
     let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
-    let attenuated = plan.texture(format!("attenuated_{name}"), size, format, format!("{name} light times openness"));
+    let attenuated =
+        plan.texture(format!("attenuated_{name}"), size, format, format!("{name} light times ambient visibility"));
     plan.pass(
         Part::Technique,
         format!("attenuate_{name}"),
         Attenuate { light, ambient_visibility, attenuated, float16: half },
     )
-    .because("what is closed is lit less")
+    .because("occluded surfaces receive less light")
     .over(size);
     attenuated
 }

@@ -78,3 +78,37 @@ pub fn parameters_of(technique: &Technique) -> Vec<Parameter> {
     all.extend(DirectLight::parameters());
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use halflight_renderer::gi::{Spacing, UpsamplingKernel};
+    use halflight_shared_shaders::SHADERS;
+
+    use crate::{bitmask::Ambient, hierarchical::GlossyImportance};
+
+    /// Shaders receive choices as numbers. Their names for these numbers must have the values of the Rust enums.
+    #[test]
+    fn constants_of_choices_have_the_same_values_in_wgsl() {
+        for (name, value) in [
+            ("SPACING_CONSTANT", Spacing::Constant as u32),
+            ("KERNEL_NEAREST", UpsamplingKernel::Nearest as u32),
+            ("KERNEL_LINEAR", UpsamplingKernel::Linear as u32),
+            ("KERNEL_SPLINE", UpsamplingKernel::Spline as u32),
+            ("AMBIENT_NORMAL", Ambient::Normal as u32),
+            ("AMBIENT_BENT_NORMAL", Ambient::BentNormal as u32),
+            ("AMBIENT_BITMASK", Ambient::Bitmask as u32),
+            ("IMPORTANCE_OF_2010", GlossyImportance::Paper as u32),
+            ("IMPORTANCE_OF_LOBE", GlossyImportance::Lobe as u32),
+        ] {
+            let mut shaders = 0;
+            for shader in SHADERS {
+                let declaration = format!("{name}: u32 = ");
+                let Some((_, rest)) = shader.source.split_once(&declaration) else { continue };
+                let number = rest.split([';', 'u']).next().unwrap_or_default();
+                assert_eq!(number.parse(), Ok(value), "{name} in {}", shader.name);
+                shaders += 1;
+            }
+            assert!(shaders > 0, "no shader declares {name}");
+        }
+    }
+}

@@ -5,7 +5,9 @@ use std::{ops::Range, sync::OnceLock};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, vec2};
 use halflight_frame_graph::{Gpu, Provider, Triangles};
-use halflight_scenes::{Environment, Light, Mesh, Scene, Texture};
+use halflight_scenes::{Light, Mesh, Scene};
+
+use super::{environment::environment_words, numbered_triangles::NumberedTriangles, texel_pool::texel_pool};
 
 /// Twin of `Vertex` in `common/scene.wgsl`.
 #[repr(C)]
@@ -94,15 +96,6 @@ pub struct SceneBuffers {
     numbered: OnceLock<NumberedTriangles>,
 }
 
-/// The triangles with their numbers, for browsers without `primitive_index`: the first corner of each triangle, from
-/// which a flat varying is taken, begins no other triangle.
-pub(crate) struct NumberedTriangles {
-    /// Index buffer into `corners`, in the order of the scene's indices.
-    pub(crate) indices: wgpu::Buffer,
-    /// `array<vec2u>`: a vertex, and the number of the triangle that begins with it, counted from 1.
-    corners: wgpu::Buffer,
-}
-
 impl SceneBuffers {
     /// Uploads a scene.
     pub fn new(gpu: &Gpu, scene: &Scene) -> Self {
@@ -166,17 +159,7 @@ impl SceneBuffers {
 
     /// The triangles with their numbers, created when the first plan needs them.
     pub(crate) fn numbered(&self, gpu: &Gpu) -> &NumberedTriangles {
-        self.numbered.get_or_init(|| {
-            let (mut indices, mut corners) = numbered(self.vertex_count, &self.corners);
-            if indices.is_empty() {
-                (indices, corners) = (vec![0; 3], vec![[0; 2]]);
-            }
-            let buffer = |label, bytes: &[u8], usage| gpu.filled_buffer(label, bytes, usage);
-            NumberedTriangles {
-                indices: buffer("numbered triangles", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
-                corners: buffer("scene.corners", bytemuck::cast_slice(&corners), wgpu::BufferUsages::STORAGE),
-            }
-        })
+        self.numbered.get_or_init(|| NumberedTriangles::new(gpu, self.vertex_count, &self.corners))
     }
 
     /// Updates lights that moved or changed their brightness. Returns false and changes nothing if their number
@@ -282,24 +265,6 @@ fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>) {
     (vertices, indices)
 }
 
-/// Indices with each triangle rotated so that it begins with a corner of its own, and those corners: a vertex and the
-/// number of the triangle that begins with it, counted from 1, or 0. A vertex is duplicated if all corners of a
-/// triangle are taken.
-fn numbered(vertices: u32, indices: &[u32]) -> (Vec<u32>, Vec<[u32; 2]>) {
-    let mut corners: Vec<[u32; 2]> = (0..vertices).map(|vertex| [vertex, 0]).collect();
-    let mut turned = Vec::with_capacity(indices.len());
-    for (triangle, of) in indices.chunks_exact(3).enumerate() {
-        let free = (0..3).find(|&i| corners[of[i] as usize][1] == 0);
-        let (turn, first) = free.map_or((0, corners.len() as u32), |i| (i, of[i]));
-        if free.is_none() {
-            corners.push([of[0], 0]);
-        }
-        corners[first as usize][1] = triangle as u32 + 1;
-        turned.extend([first, of[(turn + 1) % 3], of[(turn + 2) % 3]]);
-    }
-    (turned, corners)
-}
-
 /// Index ranges of the wanted meshes. Adjacent ranges are joined.
 fn ranges(scene: &Scene, wanted: impl Fn(&Mesh) -> bool) -> Vec<Range<u32>> {
     let mut ranges = Vec::<Range<u32>>::new();
@@ -329,96 +294,6 @@ fn pack_normal(normal: [f32; 3]) -> u32 {
     }
     let snorm = |v: f32| ((v.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16) as u32;
     snorm(p.x) | snorm(p.y) << 16
-}
-
-/// Largest width of the environment map for techniques. A wider one is averaged over squares.
-const LOOK_UP_WIDTH: u32 = 64;
-
-/// Twin of the layout in `common/environment.wgsl`: sizes, nine coefficients of irradiance, the map, and a small copy.
-fn environment_words(environment: &Environment) -> Vec<[f32; 4]> {
-    let Environment { width, height, texels, .. } = environment;
-    let (w, h) = (*width, *height);
-    let factor = w.div_ceil(LOOK_UP_WIDTH).max(1);
-    let small = [w.div_ceil(factor), h.div_ceil(factor)];
-    let mut words = vec![[w, h, small[0], small[1]].map(|v| v as f32)];
-    words.extend(irradiance_coefficients(environment).map(|[r, g, b]| [r, g, b, 0.0]));
-    words.extend(texels.iter().map(|&[r, g, b]| [r, g, b, 0.0]));
-    for y in 0..small[1] {
-        for x in 0..small[0] {
-            let mut sum = [0.0f64; 3];
-            let mut count = 0.0;
-            for v in y * factor..((y + 1) * factor).min(h) {
-                for u in x * factor..((x + 1) * factor).min(w) {
-                    let texel = texels[(v * w + u) as usize];
-                    sum.iter_mut().zip(texel).for_each(|(s, t)| *s += f64::from(t));
-                    count += 1.0;
-                }
-            }
-            let [r, g, b] = sum.map(|v| (v / f64::max(count, 1.0)) as f32);
-            words.push([r, g, b, 0.0]);
-        }
-    }
-    words
-}
-
-/// Irradiance over pi as a polynomial of the normal (Ramamoorthi & Hanrahan 2001, Equation 13): factors of
-/// 1, y, z, x, xy, yz, 3z^2 - 1, xz and x^2 - y^2.
-fn irradiance_coefficients(environment: &Environment) -> [[f32; 3]; 9] {
-    use std::f64::consts::PI;
-    let (w, h) = (f64::from(environment.width), f64::from(environment.height));
-    // A texel may cover a large angle, so texels of small maps are sampled at many positions.
-    let fine = (128.0 / w).ceil().max(1.0) as u32;
-    let mut sums = [[0.0f64; 3]; 9];
-    for (index, texel) in environment.texels.iter().enumerate() {
-        let (x, y) = (index as u32 % environment.width, index as u32 / environment.width);
-        for part in 0..fine * fine {
-            let place = |v: u32, part: u32| f64::from(v) + (f64::from(part) + 0.5) / f64::from(fine);
-            let longitude = (place(x, part % fine) / w - 0.5) * 2.0 * PI;
-            let latitude = place(y, part / fine) / h * PI;
-            let (sin, cos) = latitude.sin_cos();
-            let d = [sin * longitude.sin(), cos, -sin * longitude.cos()];
-            let solid_angle = 2.0 * PI / w * PI / h * sin / f64::from(fine * fine);
-            for (sum, value) in sums.iter_mut().zip(harmonics(d)) {
-                sum.iter_mut().zip(texel).for_each(|(s, &t)| *s += f64::from(t) * value * solid_angle);
-            }
-        }
-    }
-    // The cosine's coefficients over pi (1, 2/3, 1/4 by degree), and the norm of each polynomial again.
-    let cosine = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
-    std::array::from_fn(|i| sums[i].map(|v| (v * cosine[i] * NORMS[i]) as f32))
-}
-
-/// Norms of the real spherical harmonics up to degree 2.
-const NORMS: [f64; 9] =
-    [0.282_095, 0.488_603, 0.488_603, 0.488_603, 1.092_548, 1.092_548, 0.315_392, 1.092_548, 0.546_274];
-
-fn harmonics([x, y, z]: [f64; 3]) -> [f64; 9] {
-    let polynomials = [1.0, y, z, x, x * y, y * z, 3.0 * z * z - 1.0, x * z, x * x - y * y];
-    std::array::from_fn(|i| NORMS[i] * polynomials[i])
-}
-
-/// All textures in one array of words. Returns the start of each texture.
-fn texel_pool(textures: &[Texture]) -> (Vec<u32>, Vec<u32>) {
-    // Square root of the linear value, in 10 bits, for each sRGB code.
-    let root: [u32; 256] = std::array::from_fn(|code| {
-        let v = code as f32 / 255.0;
-        let linear = if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
-        (linear.sqrt() * 1023.0).round() as u32
-    });
-    let mut words = Vec::new();
-    let starts = textures
-        .iter()
-        .map(|texture| {
-            let start = words.len() as u32;
-            words.extend([texture.width, texture.height]);
-            words.extend(texture.rgba.as_chunks::<4>().0.iter().map(|&[r, g, b, a]| {
-                let alpha = if a >= 128 { 3 } else { 0 };
-                root[r as usize] | root[g as usize] << 10 | root[b as usize] << 20 | alpha << 30
-            }));
-            start
-        })
-        .collect();
-    (starts, words)
 }
 
 /// A spot light wider than this (half angle, degrees) has six faces, because a single projection would waste its texels
@@ -466,24 +341,4 @@ pub(crate) fn lights(lights: &[Light]) -> Vec<GpuLight> {
             twin
         })
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_triangle_begins_with_a_corner_of_its_own() {
-        // A closed fan around vertex 0, and a triangle without a free vertex.
-        let fan = [0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1, 0, 1, 2, 1, 2, 3];
-        let (turned, corners) = numbered(5, &fan);
-        let vertex = |corner: &u32| corners[*corner as usize][0];
-        for (triangle, (own, of)) in turned.chunks_exact(3).zip(fan.chunks_exact(3)).enumerate() {
-            assert_eq!(corners[own[0] as usize][1], triangle as u32 + 1);
-            let own: Vec<u32> = own.iter().map(vertex).collect();
-            assert!((0..3).any(|turn| own == [of[turn], of[(turn + 1) % 3], of[(turn + 2) % 3]]), "{own:?} {of:?}");
-        }
-        // Five vertices serve five triangles. The sixth triangle duplicates one.
-        assert_eq!(corners.len(), 6);
-    }
 }

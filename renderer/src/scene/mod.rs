@@ -2,10 +2,13 @@
 
 mod buffers;
 mod emitters;
+mod environment;
 mod facts;
 mod motion;
+mod numbered_triangles;
 pub(crate) mod shadow;
 mod shadow_views;
+pub(crate) mod texel_pool;
 
 pub use buffers::{SceneBuffers, triangles};
 pub use emitters::EmittingTriangle;

@@ -1,7 +1,7 @@
 //! The BVH in the layout of `truth/traversal.wgsl`.
 
 use glam::Vec3A;
-use halflight_scenes::{Mesh, Scene};
+use halflight_scenes::{Mesh, Scene, Texture};
 use obvhs::{
     bvh2::{Bvh2, reinsertion::ReinsertionOptimizer},
     cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh},
@@ -11,6 +11,7 @@ use obvhs::{
 };
 
 use super::TruthError;
+use crate::scene::texel_pool::{self, HEADER};
 
 /// Depth of the shader's stack: `MAX_DEPTH` of `truth/traversal.wgsl`.
 const MAX_DEPTH: usize = 24;
@@ -40,7 +41,7 @@ impl Bvh {
                 scene.name
             )));
         }
-        let masks = mask_places(scene);
+        let masks = alpha_masks(scene);
         let texel = |v: Vec3A, word: u32| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), word];
         let mut bvh = Self {
             nodes: bytemuck::cast_slice(&wide.nodes).to_vec(),
@@ -93,13 +94,10 @@ fn triangles(scene: &Scene) -> (Vec<Triangle>, Vec<Source<'_>>) {
 
 /// For each texture, the index of its first texel in `SceneBuffers::texels` (width and height are before the texels)
 /// and its size, with the height in the upper 16 bits.
-fn mask_places(scene: &Scene) -> Vec<[u32; 2]> {
-    let positions = scene.textures.iter().scan(0, |end, texture| {
-        let start = *end + 2;
-        *end = start + texture.width * texture.height;
-        Some([start, texture.width | texture.height << 16])
-    });
-    positions.collect()
+fn alpha_masks(scene: &Scene) -> Vec<[u32; 2]> {
+    let textures = &scene.textures;
+    let size = |texture: &Texture| texture.width | texture.height << 16;
+    texel_pool::headers(textures).zip(textures).map(|(start, texture)| [start + HEADER, size(texture)]).collect()
 }
 
 /// Parameters measured on the atrium under lavapipe: splitting the boxes of large triangles gains 10 % rays per second,

@@ -53,8 +53,11 @@ override RADIOMETRIC: bool;
 // Whether a temporal filter averages successive frames. The random numbers are then stratified over frames.
 override OVER_FRAMES: bool;
 
-// Source of environment light: 0 the normal, 1 the bent normal, 2 the open sectors.
+// Source of environment light: one of `AMBIENT_...`.
 @if(ambient && light) override AMBIENT: u32;
+@if(ambient && light) const AMBIENT_NORMAL: u32 = 0u;
+@if(ambient && light) const AMBIENT_BENT_NORMAL: u32 = 1u;
+@if(ambient && light) const AMBIENT_BITMASK: u32 = 2u;
 /// Directions of a slice in which the environment is looked up (Figure 7).
 @if(ambient && light) const DIRECTIONS: u32 = 4u;
 
@@ -212,7 +215,7 @@ fn outside(mask: Mask, receiver: Receiver, slice: Slice, rounding: f32) -> vec3f
         let open = count_sectors(sectors(begin, end) & ~mask);
         begin = end;
         let direction = cos(middle) * receiver.to_eye + sin(middle) * slice.tangent;
-        if AMBIENT == 2u {
+        if AMBIENT == AMBIENT_BITMASK {
             let world = (view.view_to_world * vec4f(direction, 0.0)).xyz;
             sum += open * environment[first + latlong(world, environment[0].zw)].rgb;
         } else {
@@ -281,16 +284,16 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
         open -= share * count_sectors(state.mask);
         @if(light) { light += share * state.light; }
         @if(ambient && light) {
-            if AMBIENT != 0u {
+            if AMBIENT != AMBIENT_NORMAL {
                 around += share * outside(state.mask, receiver, slice, rounding);
             }
         }
     }
     @if(ambient && light) {
-        if AMBIENT == 0u {
+        if AMBIENT == AMBIENT_NORMAL {
             around = irradiance(receiver.normal) * max(open, 0.0);
         }
-        if AMBIENT == 1u {
+        if AMBIENT == AMBIENT_BENT_NORMAL {
             let bent = around * inverseSqrt(max(dot(around, around), 1e-30));
             around = irradiance(bent) * max(open, 0.0);
         }

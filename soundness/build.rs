@@ -1,4 +1,5 @@
 //! Compiles the shaders of the tests, which import those that ship.
+#![allow(clippy::disallowed_macros, reason = "a build script talks to cargo on standard output")]
 
 use std::{env, error::Error, path::PathBuf};
 

@@ -333,7 +333,7 @@ impl CompiledGraph {
         if let Some(BindingKind::Uniform { size, members }) = self.view_layout {
             gpu.queue.write_buffer(&self.views[0], 0, &view.pack(*size, members));
             for (other, buffer) in self.plan.views.iter().zip(&self.views[1..]) {
-                gpu.queue.write_buffer(buffer, 0, &view.from_planned(other).pack(*size, members));
+                gpu.queue.write_buffer(buffer, 0, &view.of_planned(other).pack(*size, members));
             }
         }
         let mut history_state = self.history_state();
@@ -345,7 +345,7 @@ impl CompiledGraph {
             gpu.queue.write_buffer(&buffers[0], 0, &block);
             for (other, buffer) in self.plan.views.iter().zip(&buffers[1..]) {
                 // Additional views are static. If there is a previous frame, it was seen from the same position.
-                let own = view.from_planned(other);
+                let own = view.of_planned(other);
                 let block = own.pack_previous(before.map(|_| &own), history_state.static_frames, *size, members);
                 gpu.queue.write_buffer(buffer, 0, &block);
             }

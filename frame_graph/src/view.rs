@@ -48,7 +48,7 @@ impl View {
     }
 
     /// The view of a static camera of the plan in the same frame.
-    pub(crate) fn from_planned(&self, view: &PlannedView) -> Self {
+    pub(crate) fn of_planned(&self, view: &PlannedView) -> Self {
         Self { world_to_view: view.world_to_view, tan_half_fov: view.tan_half_fov, ..*self }
     }
 

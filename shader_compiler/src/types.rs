@@ -181,7 +181,7 @@ impl<'a> File<'a> {
         let name = self.name;
         let fields = self.fields();
         writeln!(out, "//! `{name}.wgsl`.")?;
-        writeln!(out, "#[allow(unused_imports)]\nuse crate::{{Call, Constant, SHADERS, Shader, UniformValue}};")?;
+        writeln!(out, "#[allow(unused_imports)]\nuse crate::{{Call, Constant, Shader, UniformValue, variant}};")?;
         writeln!(out, "/// Name of the shader without features.\npub const FILE: &str = {name:?};")?;
         self.write_features(out)?;
         for field in &fields {
@@ -207,11 +207,8 @@ impl<'a> File<'a> {
             writeln!(out, "/// Feature `{feature}`.\npub {}: bool,", snake_case(feature))?;
         }
         writeln!(out, "}}\nimpl Features {{\n/// The variant that has them.")?;
-        let bits = self.features.iter().enumerate();
-        let bits: Vec<_> =
-            bits.map(|(i, feature)| format!("usize::from(self.{}) << {i}", snake_case(feature))).collect();
-        let sum = if bits.is_empty() { "0".to_owned() } else { bits.join(" | ") };
-        writeln!(out, "pub fn shader(self) -> &'static Shader {{ &SHADERS[{} + ({sum})] }}\n}}", self.first)
+        let on: Vec<_> = self.features.iter().map(|feature| format!("self.{}", snake_case(feature))).collect();
+        writeln!(out, "pub fn shader(self) -> &'static Shader {{ variant({}, &[{}]) }}\n}}", self.first, on.join(", "))
     }
 
     fn write_struct(&self, out: &mut String, fields: &[Field]) -> fmt::Result {

@@ -2,15 +2,55 @@
 //! Rust type per shader. The crate uses no graphics API.
 //!
 //! The modules of this crate follow the folders of `wgsl/`. The struct in each of them has a field for every input of a
-//! run of the shader: resources, features, the uniform block `params` and pipeline-overridable constants. A missing or
-//! misspelled field, or one of the wrong type, does not compile:
+//! run of the shader: resources, features, the uniform block `params` and pipeline-overridable constants.
+//!
+//! A run of a shader with all its inputs:
 //!
 //! ```
-//! use halflight_shared_shaders::{Call, source::Source};
+//! use halflight_shared_shaders::{Call, ssdo::gather::{Constants, Gather, Params}};
 //!
+//! let params = Params { scale: 4.0, radius: 1.5, intensity: 1.0 };
+//! let constants = Constants { samples: 64, radiometric: true };
 //! // Resources may have any type: here they are numbers.
-//! let call = Call::from(Source { direct: 0, material: 1, receive_only: 2, source: 3 });
-//! assert_eq!(call.shader.name, "source/source");
+//! let call = Call::from(Gather { surfels: 0, gathered: 1, params, constants });
+//! assert_eq!(call.shader.name, "ssdo/gather");
+//! ```
+//!
+//! Five mistakes that do not compile. A missing binding:
+//!
+//! ```compile_fail,E0063
+//! use halflight_shared_shaders::ssdo::gather::{Constants, Gather, Params};
+//! let params = Params { scale: 4.0, radius: 1.5, intensity: 1.0 };
+//! let constants = Constants { samples: 64, radiometric: true };
+//! let run = Gather { surfels: 0, params, constants };
+//! ```
+//!
+//! A misspelled parameter:
+//!
+//! ```compile_fail,E0560
+//! use halflight_shared_shaders::ssdo::gather::Params;
+//! let params = Params { scale: 4.0, radios: 1.5, intensity: 1.0 };
+//! ```
+//!
+//! A variant that does not exist:
+//!
+//! ```compile_fail,E0560
+//! use halflight_shared_shaders::composite::Features;
+//! let shader = Features { float64: true, ..Features::default() }.shader();
+//! ```
+//!
+//! A field of the wrong type:
+//!
+//! ```compile_fail,E0308
+//! use halflight_shared_shaders::ssdo::gather::Params;
+//! let params = Params { scale: 4.0, radius: 1u32, intensity: 1.0 };
+//! ```
+//!
+//! A constant that the shader lacks:
+//!
+//! ```compile_fail,E0560
+//! use halflight_shared_shaders::ssdo::gather::Constants;
+//! let constants = Constants { samples: 64, radiometric: true, levels: 4 };
 //! ```
 
 mod call;
@@ -112,6 +152,11 @@ pub struct Member {
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 include!(concat!(env!("OUT_DIR"), "/types.rs"));
+
+/// The variant of a shader with these features, in their order; `first` is the index of the one without any.
+fn variant(first: usize, features: &[bool]) -> &'static Shader {
+    &SHADERS[first + features.iter().rev().fold(0, |bits, &on| 2 * bits + usize::from(on))]
+}
 
 /// The shader of this name, for example `hierarchical/gather` or `gbuffer/gbuffer+emitters`.
 pub fn shader(name: &str) -> Option<&'static Shader> {

@@ -9,6 +9,7 @@ use halflight_evaluator::{
     report::document::markdown,
 };
 use halflight_native::{AdapterChoice, files::write_whole};
+use halflight_output::{OutputFolder, PrintError, terminal};
 
 use crate::{
     faults, fuzz, mutations, random,
@@ -61,7 +62,9 @@ pub fn main() -> ExitCode {
     match if arguments.mutations { run_mutations(&arguments) } else { run(&arguments) } {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            if !matches!(error, Error::Print(PrintError::Closed)) {
+                terminal::note(format_args!("error: {error}"));
+            }
             ExitCode::from(error.exit_code())
         }
     }
@@ -98,17 +101,22 @@ fn run(arguments: &Arguments) -> Result<(), Error> {
     ];
     if let Some(folder) = &arguments.out {
         table.write(folder, &facts)?;
-        eprintln!("report: {}", folder.join("index.html").display());
+        terminal::note(format_args!("report: {}", folder.join("index.html").display()));
     }
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&table.checks).map_err(|e| Error::Failed(e.to_string()))?);
+        print_json(&table.checks)?;
     } else {
-        print!("{table}");
+        terminal::print(&table)?;
     }
     match table.unexplained().count() {
         0 => Ok(()),
         count => Err(Error::Failed(format!("{count} checks are red and not explained"))),
     }
+}
+
+fn print_json(value: &impl serde::Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(e.to_string()))?;
+    Ok(terminal::print_line(text)?)
 }
 
 fn wants_faults(arguments: &Arguments) -> bool {
@@ -120,14 +128,14 @@ fn run_mutations(arguments: &Arguments) -> Result<(), Error> {
     let all = mutations::run(&AdapterChoice::from(arguments.adapter.as_str()), |_| true, arguments.quick)?;
     let text = markdown::table(&mutations::table(&all), 2);
     if let Some(folder) = &arguments.out {
-        let path = folder.join("mutations.md");
+        let path = OutputFolder::open(folder).claim("mutations.md")?;
         write_whole(&path, |file| file.write_all(text.as_bytes()))
             .map_err(|e: std::io::Error| Error::unwritable(&path, e))?;
     }
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&all).map_err(|e| Error::Failed(e.to_string()))?);
+        print_json(&all)?;
     } else {
-        print!("{text}");
+        terminal::print(&text)?;
     }
     match all.iter().filter(|caught| caught.is_missed()).count() {
         0 => Ok(()),

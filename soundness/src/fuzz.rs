@@ -13,11 +13,16 @@ use std::{
 use glam::Vec3;
 use halflight_evaluator::{Error, experiment::grid::Grid, progress::Progress};
 use halflight_native::files::write_whole;
+use halflight_output::{OutputFolder, terminal};
 use halflight_renderer::parameters::Settings;
 use halflight_scenes::{Light, MemoryFiles, Scene, load_scene};
 use halflight_techniques::preset::Preset;
 
 use crate::{check::Check, oracle::Random, panics::caught};
+
+mod damage;
+
+use damage::{below, damaged};
 
 /// A reader, by the file that it reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,121 +41,6 @@ pub enum Reader {
 
 const READERS: [Reader; 5] = [Reader::Obj, Reader::Mtl, Reader::Scene, Reader::Grid, Reader::Preset];
 
-const OBJ: &str = "# a model\nmtllib m.mtl\no first\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1e0\n\
-                   vt 0 0\nvt 1 0\nvt 1 1\nvt 0.5 0.25 0\nvn 0 0 1\nvn 0 0.7 0.7\nusemtl red\ns 1\ng part one\n\
-                   f 1/1/1 2/2/1 3/3/1 4/4/1\nf 1//1 2//2 5//1\nusemtl glow\ns off\nf -1 -2 -3\nf 1/1 2/2 3/3\nf 1 2 5\n";
-const MTL: &str = "newmtl red\nKa 0 0 0\nKd 0.8 0.1 0.1\nKs 0.5 0.5 0.5\nNs 32\nKe 0 0 0\nd 1.0\nTr 0.0\nillum 2\n\
-                   map_Kd -s 1 1 1 wall.png\nmap_d mask.png\n\nnewmtl glow\nKd 0.5 0.5 0.5\nKe 3 2 1\nKd spectral x\n";
-const SCENE: &str = "name = \"fuzzed\"\n[[model]]\npath = \"m.obj\"\ntransform = { translate = [0.0, 1.0, 0.0], \
-                     rotate_degrees = [0.0, 90.0, 0.0], scale = 2.0 }\npivot = [0.0, 0.0, 0.0]\nmoves = [\n  { frame = 0 },\n  \
-                     { frame = 10, translate = [1.0, 0.0, 0.0], rotate_degrees = [0.0, 0.0, 90.0], scale = [1.0, 1.0, 1.0] },\n]\n\
-                     receive_only = false\n[camera]\neye = [0.0, 1.0, 5.0]\ntarget = [0.0, 0.5, 0.0]\nup = [0.0, 1.0, 0.0]\n\
-                     vertical_fov_degrees = 60.0\nmoves = [{ frame = 0, eye = [0.0, 1.0, 5.0], target = [0.0, 0.0, 0.0], cut = true }]\n\
-                     [[light]]\nkind = \"spot\"\nposition = [0.0, 1.95, 0.0]\ndirection = [0.15, -1.0, 0.1]\n\
-                     intensity = [4.0, 3.7, 3.2]\nhalf_angle_degrees = 40.0\nfull_intensity_half_angle_degrees = 35.0\n\
-                     [[light]]\nkind = \"directional\"\ndirection = [0.3, -1.0, 0.1]\nirradiance = [10.0, 9.5, 8.5]\n";
-const GRID: &str = "preset = \"soler2009_fig6\"\nscenes = [\"a.toml\", \"b.toml\"]\nsize = [\"64x36\", \"1280x720\"]\nframes = 3\n\
-                    seed = 7\ndirect = \"truth\"\ntruth_samples = 16\ntruth_rel_error = 0.5\ntemporal = false\n[[sweep]]\n\
-                    technique = \"hierarchical\"\n[sweep.fixed]\nradius = 20\n[sweep.grid]\nlevels = [4, 5]\n\
-                    start_resolution = [\"half\", \"quarter\"]\n[[sweep]]\ntechnique = \"none\"\n";
-const PRESET: &str = "technique = \"hierarchical\"\n\n[settings]\nsamples = 16\nradius = 20.5\nring = \"2009\"\n\
-                      start_resolution = \"half\"\n\"direct.shadow_map_size\" = 1024\n";
-
-/// Words that readers know, and numbers at the limits of their ranges.
-const WORDS: &[&str] = &[
-    "nan",
-    "inf",
-    "-inf",
-    "1e400",
-    "-1e400",
-    "1e-400",
-    "1e38",
-    "3.5e38",
-    "-0",
-    "0",
-    "1",
-    "-1",
-    "0.5",
-    "2",
-    "4294967296",
-    "9223372036854775808",
-    "-2147483649",
-    "1_000",
-    "0x10",
-    "true",
-    "false",
-    "\"\"",
-    "\"x\"",
-    "[]",
-    "{}",
-    "[[",
-    "]]",
-    "=",
-    ",",
-    "#",
-    "\\",
-    "/",
-    "//",
-    "1/1",
-    "1//1",
-    "1/2/3",
-    "-1/-1/-1",
-    "0/0/0",
-    "f",
-    "v",
-    "vt",
-    "vn",
-    "usemtl",
-    "mtllib",
-    "s",
-    "o",
-    "g",
-    "newmtl",
-    "Kd",
-    "Ke",
-    "Ks",
-    "Ns",
-    "map_Kd",
-    "map_d",
-    "d",
-    "Tr",
-    "m.mtl",
-    "m.obj",
-    "s.toml",
-    "path",
-    "[[model]]",
-    "[camera]",
-    "[[light]]",
-    "[[sweep]]",
-    "[sweep.grid]",
-    "[settings]",
-    "technique",
-    "hierarchical",
-    "exhaustive",
-    "none",
-    "samples",
-    "levels",
-    "radius",
-    "moves",
-    "frame",
-    "cut",
-    "generator = \"bars\"",
-    "\u{feff}",
-    "é",
-    "\u{0}",
-    "\r\n",
-    "\t",
-    "1x1",
-    "0x0",
-    "16384x16385",
-    "..",
-    "\"../m.obj\"",
-    "1e",
-    "+",
-    "--",
-    "1.2.3",
-];
-
 impl Reader {
     fn file(self) -> &'static str {
         match self {
@@ -164,11 +54,11 @@ impl Reader {
 
     fn good(self) -> &'static str {
         match self {
-            Self::Obj => OBJ,
-            Self::Mtl => MTL,
-            Self::Scene => SCENE,
-            Self::Grid => GRID,
-            Self::Preset => PRESET,
+            Self::Obj => damage::OBJ,
+            Self::Mtl => damage::MTL,
+            Self::Scene => damage::SCENE,
+            Self::Grid => damage::GRID,
+            Self::Preset => damage::PRESET,
         }
     }
 
@@ -181,13 +71,19 @@ impl Reader {
             Ok(Ok(None)) => None,
             Ok(Ok(Some(scene))) => invalid(&scene),
         };
-        let took = start.elapsed();
+        let mut took = start.elapsed();
+        if took > TOO_LONG {
+            // On a busy computer another program may have taken the time: a second reading decides.
+            let start = Instant::now();
+            drop(caught(|| self.read(bytes)));
+            took = took.min(start.elapsed());
+        }
         fault.or_else(|| (took > TOO_LONG).then(|| format!("takes {:.1} s", took.as_secs_f64())))
     }
 
     fn read(self, bytes: &[u8]) -> Result<Option<Scene>, String> {
         let load = |file: &str| {
-            let good = [("s.toml", SCENE), ("m.obj", OBJ), ("m.mtl", MTL)];
+            let good = [("s.toml", damage::SCENE), ("m.obj", damage::OBJ), ("m.mtl", damage::MTL)];
             let with = |(name, text): (&'static str, &str)| {
                 (name, if name == file { bytes.to_vec() } else { text.as_bytes().to_vec() })
             };
@@ -295,68 +191,6 @@ impl Outcome {
     }
 }
 
-/// A random whole number below `most`.
-fn below(random: &mut Random, most: usize) -> usize {
-    ((random.unit() * most as f64) as usize).min(most.saturating_sub(1))
-}
-
-/// A damaged file: a valid one with some edits of bytes, words and lines, or only noise.
-fn damaged(random: &mut Random, reader: Reader) -> Vec<u8> {
-    if below(random, 20) == 0 {
-        return (0..below(random, 300)).map(|_| below(random, 256) as u8).collect();
-    }
-    let mut bytes = reader.good().as_bytes().to_vec();
-    for _ in 0..=below(random, 5) {
-        let at = below(random, bytes.len().max(1));
-        match below(random, 10) {
-            0 if !bytes.is_empty() => bytes[at] = below(random, 256) as u8,
-            1 => bytes.insert(
-                at.min(bytes.len()),
-                WORDS[below(random, WORDS.len())].as_bytes().first().copied().unwrap_or(0),
-            ),
-            2 if !bytes.is_empty() => drop(bytes.remove(at)),
-            3 if below(random, 4) == 0 => bytes.truncate(at),
-            4 => edit_lines(&mut bytes, random),
-            5 => {
-                // A part of another file.
-                let other = READERS[below(random, READERS.len())].good().as_bytes();
-                let from = below(random, other.len());
-                let to = (from + below(random, 60)).min(other.len());
-                drop(bytes.splice(at.min(bytes.len())..at.min(bytes.len()), other[from..to].iter().copied()));
-            }
-            _ => replace_word(&mut bytes, random),
-        }
-    }
-    bytes
-}
-
-/// Duplicates, deletes or swaps lines.
-fn edit_lines(bytes: &mut Vec<u8>, random: &mut Random) {
-    let mut lines: Vec<Vec<u8>> = bytes.split(|&b| b == b'\n').map(<[u8]>::to_vec).collect();
-    let (a, b) = (below(random, lines.len()), below(random, lines.len()));
-    match below(random, 3) {
-        0 => drop(lines.remove(a)),
-        1 => lines.swap(a, b),
-        _ => {
-            let line = lines[a].clone();
-            // Sometimes many copies of one line, which reveals quadratic run time.
-            let times = if below(random, 50) == 0 { 500 } else { 1 };
-            (0..times).for_each(|_| lines.insert(b, line.clone()));
-        }
-    }
-    *bytes = lines.join(&b'\n');
-}
-
-/// Replaces one word by another: a number, a key or punctuation.
-fn replace_word(bytes: &mut Vec<u8>, random: &mut Random) {
-    let part = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'.' | b'-' | b'_' | b'/');
-    let at = below(random, bytes.len().max(1));
-    let Some(begin) = (at..bytes.len()).find(|&i| part(bytes[i])) else { return };
-    let begin = (0..=begin).rev().take_while(|&i| part(bytes[i])).last().unwrap_or(begin);
-    let end = (begin..bytes.len()).find(|&i| !part(bytes[i])).unwrap_or(bytes.len());
-    drop(bytes.splice(begin..end, WORDS[below(random, WORDS.len())].bytes()));
-}
-
 /// The smallest file with the same fault that repeated deletion finds.
 fn smallest(reader: Reader, bytes: &[u8]) -> Vec<u8> {
     let kind = |fault: &str| fault.split(':').next().unwrap_or_default().to_owned();
@@ -410,7 +244,8 @@ pub fn run(count: u64, seed: u64, folder: Option<&Path>) -> Result<Outcome, Erro
                 let bytes = smallest(reader, &bytes);
                 let fault = reader.fault(&bytes).unwrap_or(fault);
                 if let Some(folder) = folder {
-                    write(&folder.join(format!("fuzz_{}_{}", outcome.faults.len(), reader.file())), &bytes)?;
+                    let name = format!("fuzz_{}_{}", outcome.faults.len(), reader.file());
+                    write(&OutputFolder::open(folder).claim(&name)?, &bytes)?;
                 }
                 outcome.faults.push((reader, fault, bytes));
             }
@@ -453,10 +288,9 @@ impl Watch {
                 } else if last.1.elapsed() > HANGS {
                     let (reader, bytes) = file.lock().unwrap_or_else(PoisonError::into_inner).clone();
                     let name = reader.map_or("file", Reader::file);
-                    let place = folder.unwrap_or_default().join(format!("fuzz_hangs_{name}"));
-                    let written =
-                        write(&place, &bytes).map_or_else(|e| e.to_string(), |()| place.display().to_string());
-                    eprintln!("error: a reader hangs over damaged file {now}: {written}");
+                    let path = folder.unwrap_or_default().join(format!("fuzz_hangs_{name}"));
+                    let written = write(&path, &bytes).map_or_else(|e| e.to_string(), |()| path.display().to_string());
+                    terminal::note(format_args!("error: a reader hangs over damaged file {now}: {written}"));
                     std::process::exit(1);
                 }
             }

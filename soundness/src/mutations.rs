@@ -124,7 +124,7 @@ pub const MUTATIONS: &[Mutation] = &[
             "let weight = select(0.0, share.x * share.y, shows(words, tap, surface));",
             "let weight = share.x * share.y;",
         )],
-        rows: &["found anew"],
+        rows: &["what was hidden in the frame before"],
         hidden_by: None,
     },
     Mutation {

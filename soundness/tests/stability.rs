@@ -1,6 +1,7 @@
 //! A quick run of `cargo xtask stability`: every row with a few settings, random configurations, damaged files, and two
 //! deliberate bugs that must turn rows red. docs/soundness.md has the table of the whole run.
 #![allow(clippy::unwrap_used)]
+#![allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 
 use halflight_evaluator::experiment::session::{Request, Session};
 use halflight_native::{AdapterChoice, NativeGpu};

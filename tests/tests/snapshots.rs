@@ -34,22 +34,22 @@ const fn shot(
 }
 
 const SHOTS: &[Shot] = &[
-    shot("atrium", 0.5, "hierarchical", &[], 0),
-    shot("bars", 0.5, "hierarchical", &[("visibility", "auto"), ("bounces", "2")], 0),
-    shot("motion", 1.0, "hierarchical", &[("glossy", "on"), ("temporal_a", "0.9")], 12),
-    shot("cornell", 1.0, "hierarchical", &[("sources", "both")], 0),
-    shot("bars", 0.5, "bitmask", &[], 0),
-    shot("motion", 1.0, "bitmask", &[("temporal_a", "0.9")], 12),
-    shot("cornell", 1.0, "hybrid", &[], 0),
-    shot("bars", 0.5, "hybrid", &[("specular", "both"), ("ambient_occlusion", "both")], 0),
-    shot("atrium", 0.5, "gtao", &[], 0),
-    shot("bars", 0.5, "horizon", &[], 0),
-    shot("cornell", 1.0, "ray-march", &[], 0),
-    shot("cornell", 1.0, "rsm", &[], 0),
-    shot("bars", 0.5, "ssdo", &[], 0),
-    shot("atrium", 0.5, "ssao", &[], 0),
-    shot("cornell", 1.0, "exhaustive", &[], 0),
-    shot("atrium", 0.5, "none", &[], 0),
+    shot("atrium", 0.8, "hierarchical", &[], 0),
+    shot("bars", 1.5, "hierarchical", &[("visibility", "auto"), ("bounces", "2")], 0),
+    shot("motion", 3.0, "hierarchical", &[("glossy", "on"), ("temporal_a", "0.9")], 12),
+    shot("cornell", 6.0, "hierarchical", &[("sources", "both")], 0),
+    shot("bars", 1.5, "bitmask", &[], 0),
+    shot("motion", 3.0, "bitmask", &[("temporal_a", "0.9")], 12),
+    shot("cornell", 6.0, "hybrid", &[], 0),
+    shot("bars", 1.5, "hybrid", &[("specular", "both"), ("ambient_occlusion", "both")], 0),
+    shot("atrium", 0.8, "gtao", &[], 0),
+    shot("bars", 1.5, "horizon", &[], 0),
+    shot("cornell", 6.0, "ray-march", &[], 0),
+    shot("cornell", 6.0, "rsm", &[], 0),
+    shot("bars", 1.5, "ssdo", &[], 0),
+    shot("atrium", 0.8, "ssao", &[], 0),
+    shot("cornell", 6.0, "exhaustive", &[], 0),
+    shot("atrium", 0.8, "none", &[], 0),
 ];
 
 impl Shot {

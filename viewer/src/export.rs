@@ -1,9 +1,7 @@
 //! What a user takes from the viewer: a command line, a preset, a scene file.
 
-use std::fmt::Write;
-
 use halflight_scenes::{Scene, SceneError, write_scene};
-use halflight_techniques::preset::Preset;
+use halflight_techniques::{invocation::Invocation, preset::Preset};
 
 use crate::state::{Configuration, DROPPED, State};
 
@@ -33,20 +31,12 @@ fn scene_path(state: &State) -> String {
 /// The command that renders the same picture. If the camera or a light was changed, it uses the scene file that the
 /// viewer saves.
 pub fn evaluator_command(state: &State, side: &Configuration) -> String {
-    let [width, height] = state.size;
-    let mut command = format!("evaluator render --scene {} --technique {}", scene_path(state), side.technique);
-    for (key, value) in &side.settings {
-        // Writing to a String cannot fail.
-        let _ = write!(command, " --set {key}={value}");
-    }
-    if state.frame != 0 {
-        let _ = write!(command, " --frame {}", state.frame);
-    }
-    if state.seed != 0 {
-        let _ = write!(command, " --seed {}", state.seed);
-    }
-    let _ = write!(command, " --size {width}x{height} --out {}.exr", state.scene);
-    command
+    let technique = side.technique();
+    Invocation::render(scene_path(state), technique.name, &side.settings, state.size)
+        .option_unless("frame", state.frame, 0)
+        .option_unless("seed", state.seed, 0)
+        .option("out", format_args!("{}.exr", state.scene))
+        .to_string()
 }
 
 /// The preset of a configuration.

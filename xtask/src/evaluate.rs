@@ -5,6 +5,8 @@ use std::{
     process::{Command, ExitCode},
 };
 
+use halflight_output::terminal;
+
 use crate::{Stop, cargo, forward, program, root, setup};
 
 /// Builds the evaluator and runs a grid; `arguments` go to `evaluator run`.
@@ -27,7 +29,7 @@ pub fn run(arguments: &[String]) -> Result<ExitCode, Stop> {
     let code = forward(&mut command)?;
     if code == ExitCode::SUCCESS {
         let page = root().join(value_of(&arguments, "--out").unwrap_or("reports/default")).join("index.html");
-        println!("Report: {}", page.display());
+        terminal::print_line(format_args!("Report: {}", page.display()))?;
     }
     Ok(code)
 }

@@ -1,5 +1,5 @@
-//! Developer commands, run as `cargo xtask COMMAND`. No dependencies: the first command of a fresh clone starts at
-//! once.
+//! Developer commands, run as `cargo xtask COMMAND`. No dependencies outside the workspace: the first command of a fresh
+//! clone starts at once.
 
 use std::{
     env,
@@ -8,6 +8,8 @@ use std::{
     process::{Command, ExitCode},
     time::Instant,
 };
+
+use halflight_output::{PrintError, terminal};
 
 mod evaluate;
 mod setup;
@@ -55,10 +57,19 @@ impl Stop {
     }
 }
 
+impl From<PrintError> for Stop {
+    fn from(error: PrintError) -> Self {
+        Self { code: error.exit_code(), sentence: error.to_string() }
+    }
+}
+
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     dispatch(&arguments).unwrap_or_else(|Stop { code, sentence }| {
-        eprintln!("error: {sentence}");
+        // Nothing failed where only the reader of the output went away.
+        if code != 0 {
+            terminal::note(format_args!("error: {sentence}"));
+        }
         ExitCode::from(code)
     })
 }
@@ -68,11 +79,11 @@ fn dispatch(arguments: &[String]) -> Result<ExitCode, Stop> {
     // These commands have help texts of their own.
     let own_help = |command: &String| ["web", "stability"].contains(&command.as_str());
     if arguments.iter().any(asks) && !arguments.first().is_some_and(own_help) {
-        print!("{HELP}");
+        terminal::print(HELP)?;
         return Ok(ExitCode::SUCCESS);
     }
     let Some((command, rest)) = arguments.split_first() else {
-        print!("{HELP}");
+        terminal::print(HELP)?;
         return Ok(ExitCode::from(2));
     };
     match (command.as_str(), rest) {
@@ -131,7 +142,7 @@ fn typed(command: &Command) -> String {
 /// Where it cannot start.
 fn forward(command: &mut Command) -> Result<ExitCode, Stop> {
     let name = typed(command);
-    eprintln!("== {name}");
+    terminal::note(format_args!("== {name}"));
     let status = command.status().map_err(|error| {
         Stop::failed(format!("{name} does not start ({error}): install Rust from https://rustup.rs, then run again"))
     })?;
@@ -144,11 +155,11 @@ fn forward(command: &mut Command) -> Result<ExitCode, Stop> {
 /// Where it cannot start or fails: one sentence that ends with `fix`.
 fn run(command: &mut Command, fix: &str) -> Result<(), Stop> {
     let name = typed(command);
-    eprintln!("== {name}");
+    terminal::note(format_args!("== {name}"));
     let start = Instant::now();
     match command.status() {
         Ok(status) if status.success() => {
-            eprintln!("== done in {:.0} s", start.elapsed().as_secs_f64());
+            terminal::note(format_args!("== done in {:.0} s", start.elapsed().as_secs_f64()));
             Ok(())
         }
         Ok(status) => Err(Stop::failed(format!("{name} failed ({status}): {fix}"))),

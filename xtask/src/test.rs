@@ -5,6 +5,8 @@ use std::{
     process::{ExitCode, Stdio},
 };
 
+use halflight_output::terminal;
+
 use crate::{Stop, cargo, run, setup};
 
 /// The crates that run in a browser.
@@ -76,21 +78,21 @@ fn tests(targets: &[&str]) -> Result<ExitCode, Stop> {
     // Always the workspace: alone, a crate's dependencies would have fewer features and be built once more.
     let mut command = cargo(&["test", "--workspace", "--no-fail-fast"]);
     command.args(targets);
-    eprintln!("== {}", crate::typed(&command));
+    terminal::note(format_args!("== {}", crate::typed(&command)));
     let unreadable = |error| Stop::failed(format!("the tests' output cannot be read ({error}): run again"));
     let mut child = command.stdout(Stdio::piped()).spawn().map_err(unreadable)?;
     let mut tally = Tally::default();
     for line in child.stdout.take().into_iter().flat_map(|out| BufReader::new(out).split(b'\n')) {
         let line = line.map_err(unreadable)?;
         let line = String::from_utf8_lossy(&line);
-        println!("{line}");
+        terminal::print_line(&line)?;
         tally.read(&line);
     }
     let status = child.wait().map_err(unreadable)?;
     if tally.announced == 0 {
         return Err(Stop::failed("no test ran: fix what cargo printed"));
     }
-    println!("{} passed, {} failed", tally.passed, tally.failed());
+    terminal::print_line(format_args!("{} passed, {} failed", tally.passed, tally.failed()))?;
     Ok(if status.success() && tally.failed() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 

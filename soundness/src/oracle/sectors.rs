@@ -74,7 +74,7 @@ impl Gather {
         }
         let texel = [index as u32 % image.size[0], index as u32 / image.size[0]];
         let random = spread2(texel, self.frame, 2048, self.seed).map(f64::from);
-        let chance = f64::from(random3(texel, self.frame, 2049, self.seed)[0]);
+        let offset = f64::from(random3(texel, self.frame, 2049, self.seed)[0]);
         let mut found = Found { light: DVec3::ZERO, open: 1.0 };
         let to_eye = -receiver.position.normalize();
         let across = DVec3::new(to_eye.z, 0.0, -to_eye.x).normalize();
@@ -85,7 +85,7 @@ impl Gather {
             let x = receiver.normal.dot(to_eye).max(1e-4);
             let y = receiver.normal.dot(tangent);
             let slice = Slice { to_eye, tangent, length: x.hypot(y), angle: y.atan2(x) };
-            let rounding = if self.radiometric { (chance + GOLDEN * f64::from(i)).fract() } else { 0.5 };
+            let rounding = if self.radiometric { (offset + GOLDEN * f64::from(i)).fract() } else { 0.5 };
             let jitter = (random[1] + GOLDEN * f64::from(i)).fract();
             let mut hidden = vec![false; self.sectors as usize];
             let mut light = DVec3::ZERO;

@@ -68,14 +68,14 @@ impl Grid {
     /// Whether the grid occludes `source` from `receiver`, with every voxel border moved outwards by `slack` (texels, slices).
     /// Where the answers for a small slack and its negative differ, rounding may decide.
     pub fn hides(&self, surfels: &GBuffer, receiver: &Pixel, source: &Pixel, slack: f64) -> bool {
-        let place = |pixel: &Pixel| -> [f64; 2] {
+        let texel_of = |pixel: &Pixel| -> [f64; 2] {
             let sign = [1.0, -1.0];
             std::array::from_fn(|axis| {
                 let ndc = sign[axis] * pixel.position[axis] / pixel.depth / surfels.tan_half_fov[axis];
                 (ndc + 1.0) / 2.0 * f64::from(surfels.display_size[axis]) / f64::from(self.scale)
             })
         };
-        let (from, to) = (place(receiver), place(source));
+        let (from, to) = (texel_of(receiver), texel_of(source));
         let toward = source.position - receiver.position;
         // A voxel is as wide as a texel at its depth and as deep as a slice along the view ray. From this fraction of the ray
         // on, the ray is higher above the end's plane than a voxel is wide, so that no voxel contains points of both.
@@ -94,13 +94,13 @@ impl Grid {
             clear(receiver, source, receiver.normal.dot(toward)),
             1.0 - clear(source, receiver, -source.normal.dot(toward)),
         ];
-        let inverse = |place: f64| 1.0 / receiver.depth + place * (1.0 / source.depth - 1.0 / receiver.depth);
-        let places = fractions.map(|t| t * source.depth / (receiver.depth + t * (source.depth - receiver.depth)));
-        let slice = |place: f64| -(inverse(place) * self.begin).log2() * self.per_octave;
+        let inverse = |position: f64| 1.0 / receiver.depth + position * (1.0 / source.depth - 1.0 / receiver.depth);
+        let positions = fractions.map(|t| t * source.depth / (receiver.depth + t * (source.depth - receiver.depth)));
+        let slice = |position: f64| -(inverse(position) * self.begin).log2() * self.per_octave;
         let length = (to[0] - from[0]).hypot(to[1] - from[1]).max(1e-9);
-        let (begin, end) = (places[0] - slack / length, places[1] + slack / length);
-        let span = |axis: usize, places: [f64; 2]| {
-            let [a, b] = places.map(|s| from[axis] + s * (to[axis] - from[axis]));
+        let (begin, end) = (positions[0] - slack / length, positions[1] + slack / length);
+        let span = |axis: usize, positions: [f64; 2]| {
+            let [a, b] = positions.map(|s| from[axis] + s * (to[axis] - from[axis]));
             let largest = f64::from(self.size[axis] - 1);
             [a.min(b) - 1.0, a.max(b) + 1.0].map(|v| v.floor().clamp(0.0, largest) as u32)
         };

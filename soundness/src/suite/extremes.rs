@@ -113,7 +113,7 @@ fn examine(
     let bad = check
         .clone()
         .bounded("values not finite, or light below zero", found.bad as f64, 0.0, "no such value is ever written")
-        .detail(format!("{} at {}x{}", found.place, extreme.size[0], extreme.size[1]));
+        .detail(format!("{} at {}x{}", found.position, extreme.size[0], extreme.size[1]));
     let bad = Check { clamped: found.clamped, largest: f64::from(found.largest), ..bad };
     let light = match extreme.expect {
         Expect::Black => {
@@ -144,7 +144,7 @@ fn examine(
 #[derive(Default)]
 struct Found {
     bad: u64,
-    place: String,
+    position: String,
     clamped: u64,
     largest: f32,
     largest_direct: f32,
@@ -166,7 +166,7 @@ impl Found {
                 bad += 1;
             }
             if bad > 0 {
-                self.place = format!("{}: {} NaN, {} infinite", scanned.name, scanned.nan, scanned.infinite);
+                self.position = format!("{}: {} NaN, {} infinite", scanned.name, scanned.nan, scanned.infinite);
             }
             self.bad += bad;
         }

@@ -162,7 +162,7 @@ pub(super) fn run(suite: &mut Suite) {
     }
     let moving = uncovered();
     let session = Session::new(suite.native, &moving);
-    with_history(suite, "what was hidden in the frame before is found anew", &session, found_anew);
+    with_history(suite, "what was hidden in the frame before has no history", &session, disoccluded);
     let cutting = cut();
     let session = Session::new(suite.native, &cutting);
     with_history(suite, "nothing of the frame before a cut is left", &session, after_a_cut);
@@ -277,10 +277,10 @@ fn units(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
 fn moved(scene: &Scene, turn: Quat, by: Vec3, mirror: bool) -> Scene {
     let sign = Vec3::new(if mirror { -1.0 } else { 1.0 }, 1.0, 1.0);
     let direction = |v: [f32; 3]| (turn * (sign * Vec3::from(v))).to_array();
-    let place = |v: [f32; 3]| (turn * (sign * Vec3::from(v)) + by).to_array();
+    let point = |v: [f32; 3]| (turn * (sign * Vec3::from(v)) + by).to_array();
     let mut scene = scene.clone();
     for mesh in &mut scene.meshes {
-        mesh.positions.iter_mut().for_each(|v| *v = place(*v));
+        mesh.positions.iter_mut().for_each(|v| *v = point(*v));
         mesh.normals.iter_mut().for_each(|v| *v = direction(*v));
         if mirror {
             mesh.indices.as_chunks_mut::<3>().0.iter_mut().for_each(|triangle| triangle.swap(1, 2));
@@ -289,15 +289,15 @@ fn moved(scene: &Scene, turn: Quat, by: Vec3, mirror: bool) -> Scene {
     for light in &mut scene.lights {
         match light {
             Light::Directional { direction: d, .. } => *d = direction(*d),
-            Light::Point { position, .. } => *position = place(*position),
+            Light::Point { position, .. } => *position = point(*position),
             Light::Spot { position, direction: d, .. } => {
-                *position = place(*position);
+                *position = point(*position);
                 *d = direction(*d);
             }
         }
     }
     let camera = &mut scene.camera;
-    (camera.eye, camera.target, camera.up) = (place(camera.eye), place(camera.target), direction(camera.up));
+    (camera.eye, camera.target, camera.up) = (point(camera.eye), point(camera.target), direction(camera.up));
     scene
 }
 
@@ -506,7 +506,7 @@ fn uncovered() -> Scene {
     scene
 }
 
-fn found_anew(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
+fn disoccluded(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
     let mut frames = subject.frames(session, SIZE, 0)?;
     let depth = |frames: &Frames| frames.read_rgb("depth").map(|depth| depth.unwrap_or_default());
     (0..=3).try_for_each(|frame| frames.run(frame).map(drop))?;

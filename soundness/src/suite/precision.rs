@@ -307,7 +307,7 @@ fn sectors(suite: &mut Suite) {
             Ok(vec![
                 check
                     .clone()
-                    .bounded("97th percentile of the error of light and openness", worst, 2e-3, reason)
+                    .bounded("97th percentile of the error of light and ambient visibility", worst, 2e-3, reason)
                     .detail(format!("{} receivers; median {:.1e}", errors.len(), percentile(&mut errors, 0.5))),
             ])
         });

@@ -12,6 +12,7 @@ use halflight_evaluator::{
     },
 };
 use halflight_native::files::write_whole;
+use halflight_output::OutputFolder;
 
 use super::Table;
 use crate::check::Check;
@@ -109,8 +110,9 @@ impl Table {
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&self, folder: &Path, facts: &[(&'static str, String)]) -> Result<(), Error> {
+        let folder = OutputFolder::open(folder);
         let text = |name: &str, text: &[u8]| {
-            let path = folder.join(name);
+            let path = folder.claim(name)?;
             write_whole(&path, |file| file.write_all(text)).map_err(|e: std::io::Error| Error::unwritable(&path, e))
         };
         text("digest.md", self.digest().as_bytes())?;

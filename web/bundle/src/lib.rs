@@ -42,7 +42,7 @@ pub fn claim(dist: &Path) -> Result<(), FolderError> {
 /// Builds the demo into a folder; files of the same names are replaced.
 ///
 /// # Errors
-/// One sentence: what failed, and the mend.
+/// One sentence: what failed, and the fix.
 pub fn build(dist: &Path) -> Result<Size, String> {
     let wasm = compile()?;
     let failed = |what: &str, error: &dyn std::fmt::Display| format!("{what} {}: {error}", dist.display());
@@ -65,7 +65,7 @@ fn compile() -> Result<PathBuf, String> {
         .args(["build", "--profile", "web", "--target", "wasm32-unknown-unknown", "--package", "halflight-web"])
         .args(["--message-format", "json-render-diagnostics"])
         .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."))
-        // Flags of a caller, for example of its linter, would compile everything anew.
+        // Flags of a caller, for example of its linter, would compile everything again.
         .env_remove("RUSTFLAGS")
         .stdout(Stdio::piped());
     let mut child =
@@ -80,7 +80,7 @@ fn compile() -> Result<PathBuf, String> {
     let status = child.wait().map_err(|e| format!("cargo cannot be waited for ({e}): run again"))?;
     if !status.success() {
         return Err(
-            "the viewer does not compile for browsers: mend what cargo printed; where it lacks the target, run \
+            "the viewer does not compile for browsers: fix what cargo printed; where it lacks the target, run \
                     rustup target add wasm32-unknown-unknown"
                 .into(),
         );

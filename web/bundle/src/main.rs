@@ -7,6 +7,8 @@ use std::{
     thread,
 };
 
+use halflight_output::{PrintError, terminal};
+
 const HELP: &str = "\
 Builds the browser demo.
 
@@ -21,10 +23,17 @@ fn main() -> ExitCode {
     match run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err((code, sentence)) => {
-            eprintln!("error: {sentence}");
+            // Nothing failed where only the reader of the output went away.
+            if code != 0 {
+                terminal::note(format_args!("error: {sentence}"));
+            }
             ExitCode::from(code)
         }
     }
+}
+
+fn unprinted(error: PrintError) -> (u8, String) {
+    (error.exit_code(), error.to_string())
 }
 
 fn run(arguments: &[String]) -> Result<(), (u8, String)> {
@@ -34,8 +43,7 @@ fn run(arguments: &[String]) -> Result<(), (u8, String)> {
         let mut value = || rest.next().ok_or_else(|| (2, format!("{argument} needs a value: see --help")));
         match argument.as_str() {
             "-h" | "--help" => {
-                print!("{HELP}");
-                return Ok(());
+                return terminal::print(HELP).map_err(unprinted);
             }
             "--dist" => dist = Some(PathBuf::from(value()?)),
             "--port" => {
@@ -46,12 +54,17 @@ fn run(arguments: &[String]) -> Result<(), (u8, String)> {
         }
     }
     let folder = dist.clone().unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/web-dist"));
+    if dist.is_some() {
+        halflight_bundle::claim(&folder).map_err(|error| (2, error.to_string()))?;
+    }
     let size = halflight_bundle::build(&folder).map_err(|sentence| (1, sentence))?;
     let megabytes = |bytes: u64| bytes as f64 / 1e6;
-    println!("{}: {:.2} MB, {:.2} MB compressed (gzip)", folder.display(), megabytes(size.raw), megabytes(size.gzip));
+    let (raw, gzip) = (megabytes(size.raw), megabytes(size.gzip));
+    terminal::print_line(format_args!("{}: {raw:.2} MB, {gzip:.2} MB compressed (gzip)", folder.display()))
+        .map_err(unprinted)?;
     if dist.is_none() {
         let address = halflight_bundle::serve(&folder, port).map_err(|sentence| (2, sentence))?;
-        println!("http://{address}/ (stop with Ctrl+C)");
+        terminal::print_line(format_args!("http://{address}/ (stop with Ctrl+C)")).map_err(unprinted)?;
         loop {
             thread::park();
         }

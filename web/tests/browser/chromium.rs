@@ -177,7 +177,7 @@ impl Page {
                 (Some(message), Some(number)) if message["id"] == number => {
                     question = None;
                     if let Err(reason) = patience.check(processor_time(&message["result"]), Instant::now()) {
-                        panic!("{method} has no result: {reason}; console {:?}", self.console);
+                        panic!("{method} {params} has no result: {reason}; console {:?}", self.console);
                     }
                 }
                 (Some(message), _) => self.hear(&message),
@@ -281,23 +281,33 @@ impl Page {
         self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))");
     }
 
+    /// Sends an event of the mouse, CSS pixels.
+    fn mouse(&mut self, kind: &str, [x, y]: [f64; 2], buttons: u32) {
+        let event = json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
+        self.call("Input.dispatchMouseEvent", event);
+    }
+
     /// Drags from one position to another in a few steps, CSS pixels.
     pub fn drag(&mut self, from: [f64; 2], to: [f64; 2]) {
-        let mouse = |kind: &str, [x, y]: [f64; 2], buttons: u32| json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 });
-        self.call("Input.dispatchMouseEvent", mouse("mouseMoved", from, 0));
-        self.call("Input.dispatchMouseEvent", mouse("mousePressed", from, 1));
+        self.mouse("mouseMoved", from, 0);
+        self.frame();
+        self.mouse("mousePressed", from, 1);
+        self.frame();
         for step in 1..=5 {
-            let at = [0, 1].map(|i| from[i] + (to[i] - from[i]) * f64::from(step) / 5.0);
-            self.call("Input.dispatchMouseEvent", mouse("mouseMoved", at, 1));
-            self.frame();
+            self.mouse("mouseMoved", [0, 1].map(|i| from[i] + (to[i] - from[i]) * f64::from(step) / 5.0), 1);
         }
-        self.call("Input.dispatchMouseEvent", mouse("mouseReleased", to, 0));
+        self.frame();
+        self.mouse("mouseReleased", to, 0);
         self.frame();
     }
 
-    /// Clicks.
+    /// Clicks, CSS pixels. No frame is waited for between press and release: a press of several seconds is not a click.
     pub fn click(&mut self, at: [f64; 2]) {
-        self.drag(at, at);
+        self.mouse("mouseMoved", at, 0);
+        self.frame();
+        self.mouse("mousePressed", at, 1);
+        self.mouse("mouseReleased", at, 0);
+        self.frame();
     }
 
     /// Presses a key by its DOM name, for example `Tab`.

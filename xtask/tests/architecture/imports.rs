@@ -55,6 +55,22 @@ pub fn circles(graph: &Graph) -> Vec<Vec<String>> {
     circles.into_iter().collect()
 }
 
+/// The imports between the modules of a circle.
+pub fn within(graph: &Graph, circle: &[String]) -> Vec<String> {
+    let group = |module: &str| circle.iter().position(|c| module == c || module.starts_with(&format!("{c}::")));
+    let mut all = Vec::new();
+    for (from, imports) in graph {
+        for to in imports {
+            if let (Some(a), Some(b)) = (group(from), group(to))
+                && a != b
+            {
+                all.push(format!("{from} imports {to}"));
+            }
+        }
+    }
+    all
+}
+
 fn parts(module: &str) -> Vec<&str> {
     module.split("::").filter(|part| !part.is_empty()).collect()
 }

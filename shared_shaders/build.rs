@@ -1,5 +1,5 @@
-//! Compiles every shader under `wgsl/` and writes what each one takes, as a table and as Rust types, so that a mistake in
-//! WGSL or in its use fails the build and no binding is typed a second time.
+//! Compiles every shader under `wgsl/` and writes its bindings as a table and as Rust types, so that a mistake in WGSL
+//! or in its use fails the build and no binding is declared twice.
 #![allow(clippy::disallowed_macros, reason = "a build script talks to cargo on standard output")]
 
 use std::{env, error::Error, path::PathBuf};

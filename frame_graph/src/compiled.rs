@@ -1,4 +1,4 @@
-//! A plan on a device: textures, pipelines and bind groups made once, then recorded every frame.
+//! A plan on a device: textures, pipelines and bind groups, created once and recorded every frame.
 
 use std::{
     collections::HashMap,
@@ -14,35 +14,35 @@ use crate::{
     uniform,
 };
 
-mod histories;
+mod history_state;
 mod make;
 mod timer;
 
 pub use timer::PassTime;
 
-use histories::{Memory, adopt_histories, in_turn};
+use history_state::{HistoryState, adopt_histories, resolve_history};
 use make::{Maker, make_buffer, make_texture};
 use timer::Timer;
 
 /// Triangles that a pass draws.
 #[derive(Clone, Debug)]
 pub struct Triangles {
-    /// Index buffer of `u32`, three a triangle.
+    /// Index buffer of `u32`, three per triangle.
     pub indices: wgpu::Buffer,
-    /// The part of it that is drawn, in order.
+    /// Ranges of indices to draw, in order.
     pub ranges: Vec<Range<u32>>,
 }
 
-/// Buffers and triangles that somebody else holds, for example those of a scene, by the names that a plan uses.
+/// Buffers and triangles owned by the caller, for example those of a scene, by the names that a plan uses.
 pub trait Provider {
-    /// The buffer of this name; `None` where there is none.
+    /// The buffer of this name; `None` if there is none.
     fn buffer(&self, gpu: &Gpu, name: &str) -> Option<wgpu::Buffer>;
 
-    /// The triangles of this name; `None` where there are none.
+    /// The triangles of this name; `None` if there are none.
     fn triangles(&self, gpu: &Gpu, name: &str) -> Option<Triangles>;
 }
 
-/// What the caller gives to a graph: textures and buffers by the names that the plan declared as external.
+/// External resources of a graph, by the names that the plan declared.
 #[derive(Default)]
 pub struct Externals<'a> {
     /// Buffers and triangles for passes that draw or read a scene.
@@ -60,19 +60,19 @@ pub struct CompiledGraph {
     passes: Vec<ReadyPass>,
     /// The uniform block `params` of each pass that has one.
     params: Vec<Option<wgpu::Buffer>>,
-    /// The uniform block `view` of the display and of each further view of the plan.
+    /// The uniform block `view` of the display and of each additional view.
     views: Vec<wgpu::Buffer>,
     view_layout: Option<&'static BindingKind>,
-    /// The uniform block `previous`, one for each view, and its layout, where a pass looks at the frame before.
+    /// The uniform block `previous`, one per view, and its layout; `None` if no pass reads the previous frame.
     previous: Option<(Vec<wgpu::Buffer>, &'static BindingKind)>,
-    memory: Mutex<Memory>,
+    history_state: Mutex<HistoryState>,
     timer: Option<Timer>,
 }
 
 enum ReadyPass {
     Compute {
         pipeline: wgpu::ComputePipeline,
-        /// One for each turn of the plan's histories; both the same where the pass binds none.
+        /// One for each ping-pong index. Both are the same if the pass binds no history.
         groups: [Option<wgpu::BindGroup>; 2],
         workgroups: [u32; 2],
     },
@@ -89,7 +89,7 @@ enum ReadyPass {
     },
 }
 
-/// Triangles that are drawn by one pipeline.
+/// Triangles that one pipeline draws.
 struct ReadyDraw {
     pipeline: wgpu::RenderPipeline,
     group: Option<wgpu::BindGroup>,
@@ -105,19 +105,18 @@ fn draw(pass: &mut wgpu::RenderPass, triangles: Option<&Triangles>) {
 }
 
 impl CompiledGraph {
-    /// Makes textures, pipelines and bind groups. Pipelines are shared with every other recording on
-    /// the same [`Gpu`].
+    /// Creates textures, pipelines and bind groups. Pipelines are shared with all other graphs on the same [`Gpu`].
     ///
     /// # Panics
-    /// Where an external of the plan is not given, or a pass does not bind a variable of its shader:
-    /// mistakes of the program that calls, not of its user.
+    /// If an external resource of the plan is missing, or a pass does not bind a variable of its shader. These are
+    /// mistakes of the calling program, not of its user.
     pub fn new(gpu: &Gpu, plan: FramePlan, externals: &Externals) -> Self {
         Self::with_histories(gpu, plan, externals, None)
     }
 
-    /// Takes over another plan of the same scene, as where a setting changed: as [`CompiledGraph::new`], but
-    /// histories of the same name, size and format go on, and the old picture fades into the new one as if the scene
-    /// had changed. Where none fits, nothing of the old frames is left.
+    /// Switches to another plan of the same scene, for example after a change of settings. Like [`CompiledGraph::new`],
+    /// but histories of the same name, size and format are kept, and the old image fades into the new one as if the
+    /// scene had changed. If a history of the plan has no match, none is kept.
     ///
     /// # Panics
     /// As [`CompiledGraph::new`].
@@ -139,12 +138,12 @@ impl CompiledGraph {
                 ResourceKind::Data { .. } | ResourceKind::Buffer { .. } => None,
             })
             .collect();
-        let mut memory = Memory::default();
+        let mut history_state = HistoryState::default();
         if let Some(old) = old {
             let adopted = adopt_histories(&plan, &mut textures, old);
-            // Every history went on, or none did: with one missing, the frame before is not what passes expect.
+            // Either all histories are kept or none: with one missing, the previous frame is not what passes expect.
             if adopted {
-                memory = Memory { still_frames: 0, prepared: false, ..*old.memory() };
+                history_state = HistoryState { static_frames: 0, prepared: false, ..*old.history_state() };
             }
         }
         let data: Vec<_> = plan
@@ -203,7 +202,7 @@ impl CompiledGraph {
             params,
             view_layout,
             previous,
-            memory: Mutex::new(memory),
+            history_state: Mutex::new(history_state),
             timer: Timer::new(gpu, plan.passes.len()),
             plan,
             textures,
@@ -212,8 +211,8 @@ impl CompiledGraph {
         }
     }
 
-    /// Takes over a plan that differs from the recorded one only in numbers: uniform values and the contents of
-    /// buffers, as where a light moved. Returns false, and changes nothing, where more than that differs.
+    /// Updates to a plan that differs only in numbers: uniform values and the contents of buffers, for example after a
+    /// light moved. Returns false and changes nothing if other things differ.
     pub fn update(&mut self, gpu: &Gpu, plan: &FramePlan) -> bool {
         if !same_but_for_numbers(&self.plan, plan) {
             return false;
@@ -232,7 +231,7 @@ impl CompiledGraph {
         true
     }
 
-    /// Frees the textures that the plan made. A browser otherwise keeps them until it collects garbage.
+    /// Frees the textures that the plan created. A browser otherwise keeps them until garbage collection.
     pub fn destroy(self) {
         self.destroy_except(&[]);
     }
@@ -247,29 +246,29 @@ impl CompiledGraph {
         }
     }
 
-    /// The plan that was recorded.
+    /// The compiled plan.
     pub fn plan(&self) -> &FramePlan {
         &self.plan
     }
 
-    /// A texture of the plan, as the last frame left it. Of a history it is another one after every frame.
+    /// A texture of the plan after the last frame. A history returns another texture after every frame.
     pub fn texture(&self, id: ResourceId) -> Option<&wgpu::Texture> {
-        self.textures[in_turn(&self.plan, id, self.memory().turn).0].as_ref()
+        self.textures[resolve_history(&self.plan, id, self.history_state().ping_pong).0].as_ref()
     }
 
-    /// The view of the last frame that was recorded.
+    /// The view of the last recorded frame.
     pub fn last_view(&self) -> Option<View> {
-        self.memory().last
+        self.history_state().last
     }
 
-    /// Makes the next frame start anew, as after a cut.
-    pub fn forget(&self) {
-        let mut memory = self.memory();
-        (memory.last, memory.still_frames) = (None, 0);
+    /// Invalidates the history: the next frame starts as after a cut.
+    pub fn reset_history(&self) {
+        let mut history_state = self.history_state();
+        (history_state.last, history_state.static_frames) = (None, 0);
     }
 
-    /// Replaces the contents of every buffer that depends on a handle by what `contents` has for it now, as many bytes as
-    /// before. Whichever pass reads such a buffer, under whatever name, sees them in the next frame.
+    /// Writes the buffers that depend on handles. `contents` returns the new bytes of a handle, as many as before.
+    /// Every pass that reads such a buffer uses them in the next frame.
     pub fn write_changed(&self, gpu: &Gpu, mut contents: impl FnMut(Handle) -> Vec<u8>) {
         for (resource, buffer) in self.plan.resources.iter().zip(&self.buffers) {
             if let (ResourceKind::Data { handle: Some(handle), .. }, Some(buffer)) = (&resource.kind, buffer) {
@@ -278,8 +277,8 @@ impl CompiledGraph {
         }
     }
 
-    fn memory(&self) -> MutexGuard<'_, Memory> {
-        self.memory.lock().unwrap_or_else(PoisonError::into_inner)
+    fn history_state(&self) -> MutexGuard<'_, HistoryState> {
+        self.history_state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A buffer of the plan.
@@ -292,12 +291,12 @@ impl CompiledGraph {
         self.plan.outputs.get(name).and_then(|&id| self.texture(id))
     }
 
-    /// Adds one frame to an encoder. Nothing is allocated.
+    /// Records one frame. Nothing is allocated.
     pub fn record(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, view: &View) {
-        let turn = self.begin_frame(gpu, view);
-        let prepared = std::mem::replace(&mut self.memory().prepared, true);
+        let ping_pong = self.begin_frame(gpu, view);
+        let prepared = std::mem::replace(&mut self.history_state().prepared, true);
         for index in 0..self.passes.len() {
-            self.record_pass(encoder, index, turn, self.timer.as_ref(), prepared);
+            self.record_pass(encoder, index, ping_pong, self.timer.as_ref(), prepared);
         }
         if let Some(timer) = &self.timer {
             encoder.resolve_query_set(&timer.queries, 0..2 * self.passes.len() as u32, &timer.resolved, 0);
@@ -305,30 +304,31 @@ impl CompiledGraph {
         }
     }
 
-    /// One command buffer for each pass, to time them apart by the computer's clock where the
-    /// device's timestamps cannot be trusted.
+    /// Records one command buffer per pass, to measure them by the CPU's clock if the device's timestamps are not
+    /// reliable.
     pub fn record_apart(&self, gpu: &Gpu, view: &View) -> Vec<wgpu::CommandBuffer> {
-        let turn = self.begin_frame(gpu, view);
-        let prepared = std::mem::replace(&mut self.memory().prepared, true);
+        let ping_pong = self.begin_frame(gpu, view);
+        let prepared = std::mem::replace(&mut self.history_state().prepared, true);
         (0..self.passes.len())
             .map(|index| {
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                self.record_pass(&mut encoder, index, turn, None, prepared);
+                self.record_pass(&mut encoder, index, ping_pong, None, prepared);
                 encoder.finish()
             })
             .collect()
     }
 
-    /// Adds one pass to an encoder, this many times over and without timestamps: the way to learn what it costs where
-    /// timestamps are missing or coarse. Uses the view of the last frame.
+    /// Records one pass several times without timestamps, to measure its cost if timestamps are missing or coarse. Uses
+    /// the view of the last frame.
     pub fn record_repeated(&self, encoder: &mut wgpu::CommandEncoder, pass: usize, times: u32) {
-        let turn = self.memory().turn;
+        let ping_pong = self.history_state().ping_pong;
         for _ in 0..times {
-            self.record_pass(encoder, pass, turn, None, false);
+            self.record_pass(encoder, pass, ping_pong, None, false);
         }
     }
 
-    /// Tells the device of the frame's view and of the frame before; returns the turn of the histories.
+    /// Writes the uniform blocks of the frame's view and of the previous frame. Returns the ping-pong index of the
+    /// histories.
     fn begin_frame(&self, gpu: &Gpu, view: &View) -> usize {
         if let Some(BindingKind::Uniform { size, members }) = self.view_layout {
             gpu.queue.write_buffer(&self.views[0], 0, &view.pack(*size, members));
@@ -336,34 +336,34 @@ impl CompiledGraph {
                 gpu.queue.write_buffer(buffer, 0, &view.of_planned(other).pack(*size, members));
             }
         }
-        let mut memory = self.memory();
-        let before = memory.last.filter(|before| view.continues(before));
-        let still = before.is_some_and(|before| view.is_still_since(&before));
-        memory.still_frames = if still { memory.still_frames.saturating_add(1) } else { 0 };
+        let mut history_state = self.history_state();
+        let before = history_state.last.filter(|before| view.continues(before));
+        let still = before.is_some_and(|before| view.is_static_since(&before));
+        history_state.static_frames = if still { history_state.static_frames.saturating_add(1) } else { 0 };
         if let Some((buffers, BindingKind::Uniform { size, members })) = &self.previous {
-            let block = view.pack_previous(before.as_ref(), memory.still_frames, *size, members);
+            let block = view.pack_previous(before.as_ref(), history_state.static_frames, *size, members);
             gpu.queue.write_buffer(&buffers[0], 0, &block);
             for (other, buffer) in self.plan.views.iter().zip(&buffers[1..]) {
-                // Further views stand still: where one has a frame before at all, it was seen from the same place.
+                // Additional views are static. If there is a previous frame, it was seen from the same position.
                 let own = view.of_planned(other);
-                let block = own.pack_previous(before.map(|_| &own), memory.still_frames, *size, members);
+                let block = own.pack_previous(before.map(|_| &own), history_state.static_frames, *size, members);
                 gpu.queue.write_buffer(buffer, 0, &block);
             }
         }
-        memory.last = Some(*view);
-        memory.turn = 1 - memory.turn;
-        memory.turn
+        history_state.last = Some(*view);
+        history_state.ping_pong = 1 - history_state.ping_pong;
+        history_state.ping_pong
     }
 
     fn record_pass(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         index: usize,
-        turn: usize,
+        ping_pong: usize,
         timer: Option<&Timer>,
         prepared: bool,
     ) {
-        // What runs once leaves an empty pass, for its timestamps.
+        // A pass that runs once leaves an empty pass, for its timestamps.
         let idle = prepared && self.plan.passes[index].once;
         let label = Some(self.plan.passes[index].name.as_str());
         let query = 2 * index as u32;
@@ -389,7 +389,7 @@ impl CompiledGraph {
                     return;
                 }
                 pass.set_pipeline(pipeline);
-                pass.set_bind_group(0, &groups[turn], &[]);
+                pass.set_bind_group(0, &groups[ping_pong], &[]);
                 pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);
             }
             ReadyPass::Draw { draws, colors, depth } => {
@@ -423,7 +423,7 @@ impl CompiledGraph {
         }
     }
 
-    /// The buffer to map after a frame to learn its times; `None` where the device has no timestamps.
+    /// The buffer to map after a frame to read its times; `None` if the device has no timestamps.
     pub fn timing_buffer(&self) -> Option<&wgpu::Buffer> {
         self.timer.as_ref().map(|timer| &timer.readable)
     }
@@ -434,13 +434,13 @@ impl CompiledGraph {
     }
 }
 
-/// The contents of a pass's uniform block `params`; `None` where its shader has none.
+/// The contents of a pass's uniform block `params`; `None` if its shader has none.
 fn params_block(pass: &Pass) -> Option<Vec<u8>> {
     let Some(BindingKind::Uniform { size, members }) = params_layout(pass) else { return None };
     Some(uniform::pack(*size, members, &pass.params, &pass.name))
 }
 
-/// Begins a pass whose triangles go into cleared targets; what is kept of its depth stands beside it.
+/// Begins a render pass with cleared targets. `store` tells whether its depth is kept.
 fn render_pass<'a>(
     encoder: &'a mut wgpu::CommandEncoder,
     label: Option<&str>,

@@ -1,4 +1,4 @@
-//! A device, and the shaders and pipelines made on it so far.
+//! A device with its compiled shaders and pipelines.
 
 use std::{
     collections::HashMap,
@@ -7,7 +7,7 @@ use std::{
 
 use halflight_shared_shaders::{EntryPoint, Shader};
 
-/// A device and its queue with a cache of what was compiled on it. Pipelines are made on first use.
+/// A device and its queue with a cache of compiled shaders. Pipelines are created on first use.
 pub struct Gpu {
     /// The device.
     pub device: wgpu::Device,
@@ -16,32 +16,32 @@ pub struct Gpu {
     /// Nanoseconds of one timestamp tick, where the device writes timestamps.
     pub timestamp_period: Option<f32>,
     modules: Mutex<HashMap<&'static str, wgpu::ShaderModule>>,
-    /// Sources that stand in for those of the build.
+    /// Sources that replace those of the build.
     replaced: Mutex<HashMap<&'static str, String>>,
     compute: Mutex<HashMap<ComputeKey, wgpu::ComputePipeline>>,
     render: Mutex<HashMap<RenderKey, wgpu::RenderPipeline>>,
 }
 
-/// Shader, its constants (values as bits: equality must be exact), formats of the colour targets, and whether hidden
-/// surfaces are drawn too; what else a render pipeline has is the same for all.
+/// Key of a render pipeline: shader, constants (values as bits, because equality must be exact), formats of the colour
+/// targets, and whether hidden surfaces are drawn. Everything else is the same for all pipelines.
 type RenderKey = (&'static str, Vec<(String, u64)>, Vec<wgpu::TextureFormat>, bool);
 
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct ComputeKey {
     shader: &'static str,
     entry: &'static str,
-    /// Constants by name, values as bits: equality must be exact.
+    /// Constants by name. Values are bits, because equality must be exact.
     constants: Vec<(String, u64)>,
 }
 
 impl Gpu {
-    /// Features that a device should have when its adapter offers them: timestamps, nothing else.
+    /// Features to request if the adapter offers them: timestamps only.
     pub const WANTED_FEATURES: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY;
 
     /// Format of every depth target.
     pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-    /// Wraps a device that somebody else opened: a window, a browser page, another renderer.
+    /// Wraps an existing device: of a window, a browser page or another renderer.
     pub fn new(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let timestamp_period =
             device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| queue.get_timestamp_period());
@@ -56,7 +56,8 @@ impl Gpu {
         }
     }
 
-    /// Limits to ask of an adapter: the WebGPU baseline, with buffers and textures as large as it has.
+    /// Limits to request from an adapter: the WebGPU baseline, with buffers and textures as large as the adapter
+    /// allows.
     pub fn wanted_limits(adapter: &wgpu::Limits) -> wgpu::Limits {
         wgpu::Limits {
             max_buffer_size: adapter.max_buffer_size,
@@ -67,8 +68,8 @@ impl Gpu {
         }
     }
 
-    /// A buffer with these contents. It is written through the queue and not mapped: mapping panics where the device was
-    /// lost in the meantime.
+    /// A buffer with these contents. It is written through the queue instead of being mapped, because mapping panics if
+    /// the device was lost in the meantime.
     pub fn filled_buffer(&self, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
         let padded = contents.len().next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT as usize);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -87,8 +88,8 @@ impl Gpu {
         buffer
     }
 
-    /// Uses other WGSL for a shader from now on, in everything that is made after this; its entry points, constants
-    /// and bindings must stay what they were. For work on a shader without building anew, and for tests that must fail.
+    /// Replaces the WGSL of a shader in everything that is created afterwards. Entry points, constants and bindings
+    /// must stay the same. For editing a shader without rebuilding, and for tests that must fail.
     pub fn replace_source(&self, shader: &'static Shader, wgsl: String) {
         let name = shader.name;
         self.replaced.lock().unwrap_or_else(PoisonError::into_inner).insert(name, wgsl);
@@ -97,7 +98,7 @@ impl Gpu {
         self.render.lock().unwrap_or_else(PoisonError::into_inner).retain(|key, _| key.0 != name);
     }
 
-    /// The linked module of this shader.
+    /// The compiled module of this shader.
     pub fn module(&self, shader: &'static Shader) -> wgpu::ShaderModule {
         let replaced = self.replaced.lock().unwrap_or_else(PoisonError::into_inner);
         let source = replaced.get(shader.name).map_or(shader.source, String::as_str);
@@ -140,9 +141,9 @@ impl Gpu {
         pipeline
     }
 
-    /// The pipeline that draws the scene's triangles with entry points `vertex` and, where the shader
-    /// has one, `fragment`: two-sided, depth reversed, into targets of these formats. With `hidden`, surfaces
-    /// behind others are drawn too and depth stays as it is.
+    /// The pipeline that draws the scene's triangles with entry points `vertex` and, if the shader has one, `fragment`:
+    /// two-sided, reversed depth, into targets of these formats. With `hidden`, hidden surfaces are drawn too and depth
+    /// is not written.
     pub fn render_pipeline(
         &self,
         shader: &'static Shader,

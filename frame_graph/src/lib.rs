@@ -1,13 +1,13 @@
-//! A frame as data: a [`FramePlan`] lists passes and resources, each with the reason why it is there. A
-//! [`CompiledGraph`] is a plan on a device: textures, pipelines and bind groups are made once and recorded every frame.
+//! A frame as data. A [`FramePlan`] lists passes and resources, each with the reason for it. A [`CompiledGraph`] is a
+//! plan on a device: textures, pipelines and bind groups are created once and recorded every frame.
 //!
-//! The crate knows wgpu and the descriptions of shaders. It knows no scene, no light and no technique, and it compiles for
+//! The crate knows wgpu and the descriptions of shaders. It knows no scene, no light and no technique. It compiles for
 //! `wasm32-unknown-unknown`.
 
 mod compiled;
 pub mod gpu;
+pub mod non_finite;
 mod plan;
-pub mod scan;
 pub mod uniform;
 mod view;
 

@@ -1,4 +1,4 @@
-//! The plan of a frame: passes and resources as plain data, each with the reason why it is there.
+//! The plan of a frame: passes and resources as plain data, each with the reason for it.
 
 use std::{collections::BTreeMap, fmt};
 
@@ -10,21 +10,21 @@ mod display;
 
 pub use display::bytes_in_words;
 
-/// A texture or buffer of a plan, by its place in [`FramePlan::resources`].
+/// A texture or buffer of a plan, by its index in [`FramePlan::resources`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct ResourceId(pub usize);
 
-/// Something that changes between frames, such as what a light looks at. The caller chooses the kinds and gives new
-/// contents by handle: see [`crate::CompiledGraph::write_changed`].
+/// Something that changes between frames, for example the matrix of a light. The caller chooses the kinds and provides
+/// new contents by handle: see [`crate::CompiledGraph::write_changed`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct Handle {
-    /// What it is, by a name of the caller.
+    /// Kind, named by the caller.
     pub kind: &'static str,
-    /// Which one of its kind.
+    /// Index among its kind.
     pub index: u32,
 }
 
-/// What a resource is made of.
+/// Kind of a resource.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum ResourceKind {
     /// A 2D texture, or an array of them.
@@ -37,12 +37,12 @@ pub enum ResourceKind {
         #[serde(serialize_with = "as_debug")]
         format: wgpu::TextureFormat,
     },
-    /// A buffer filled with these bytes; once, or anew where what they depend on changes.
+    /// A buffer with these contents. They are uploaded once, and again when the state behind the handle changes.
     Data {
         /// Contents.
         #[serde(skip)]
         bytes: Vec<u8>,
-        /// What they depend on; `None` where they never change.
+        /// What the contents depend on; `None` if they never change.
         handle: Option<Handle>,
     },
     /// A storage buffer that passes write.
@@ -50,10 +50,10 @@ pub enum ResourceKind {
         /// Bytes.
         size: u64,
     },
-    /// Given by the caller: a texture of another program, a buffer of the scene.
+    /// Provided by the caller: a texture of another program, or a buffer of the scene.
     External,
-    /// What a texture of the plan held when the frame before ended. The two change places after every frame;
-    /// nothing is copied.
+    /// The contents of a texture of the plan at the end of the previous frame. The two textures swap roles after every
+    /// frame; nothing is copied.
     Previous {
         /// The texture that this frame writes.
         of: ResourceId,
@@ -78,7 +78,7 @@ fn as_debug<S: serde::Serializer>(value: &impl fmt::Debug, serializer: S) -> Res
 pub struct Resource {
     /// Unique name.
     pub name: String,
-    /// What it is made of.
+    /// Its kind.
     pub kind: ResourceKind,
     /// Why the plan has it.
     pub reason: String,
@@ -93,7 +93,7 @@ impl Resource {
         }
     }
 
-    /// Bytes on the device; 0 for what the caller owns.
+    /// Bytes on the device; 0 for resources of the caller.
     pub fn bytes(&self) -> u64 {
         match &self.kind {
             ResourceKind::Texture { size: [w, h], layers, format } => {
@@ -110,17 +110,17 @@ impl Resource {
     }
 }
 
-/// A texture that survives frames. Whether it says anything is known to the [`crate::CompiledGraph`]: after the first
-/// frame, and until a cut.
+/// A texture that persists between frames. The [`crate::CompiledGraph`] tracks whether its history is valid: it is not
+/// in the first frame and after a cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct History {
-    /// What the frame before wrote.
+    /// Written by the previous frame.
     pub before: ResourceId,
-    /// What this frame writes, in full.
+    /// Written by this frame, completely.
     pub now: ResourceId,
 }
 
-/// Which part of a frame a pass belongs to; a technique's time counts only its own.
+/// The part of a frame that a pass belongs to. A technique's time includes only its own part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Part {
@@ -128,17 +128,17 @@ pub enum Part {
     GBuffer,
     /// Shadow maps and direct light.
     Direct,
-    /// Everything that indirect light needs beyond those.
+    /// Everything else that indirect light needs.
     Technique,
 }
 
 /// Triangles that a pass draws, and the shader that draws them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Draw {
-    /// The pass's own shader, or a variant of it that binds no more than the pass does.
+    /// The pass's own shader, or a variant of it with no additional bindings.
     #[serde(serialize_with = "name_of_shader")]
     pub shader: &'static Shader,
-    /// Name under which the caller gives the triangles (see [`crate::Provider::triangles`]).
+    /// Name of the triangles (see [`crate::Provider::triangles`]).
     pub triangles: &'static str,
 }
 
@@ -152,7 +152,7 @@ pub enum Work {
         /// Invocations along x and y.
         size: [u32; 2],
     },
-    /// Triangles that the caller gives (entry points `vertex` and, where the shader has one, `fragment`).
+    /// Triangles of the caller (entry points `vertex` and, if the shader has one, `fragment`).
     Draw {
         /// Which triangles, in order.
         draws: Vec<Draw>,
@@ -161,21 +161,22 @@ pub enum Work {
         /// Depth target and its layer, cleared to the far plane (0: depth is reversed).
         depth: (ResourceId, u32),
     },
-    /// Triangles that the caller gives, hidden or not, over a target that stays as it is: the fragments write to buffers.
+    /// Triangles of the caller, hidden ones included. The fragments write to buffers and the depth target stays
+    /// unchanged.
     Voxelize {
-        /// Depth target that gives the size; nothing is written to it.
+        /// Depth target that defines the size. Nothing is written to it.
         target: ResourceId,
-        /// Name under which the caller gives the triangles.
+        /// Name of the triangles.
         triangles: &'static str,
     },
 }
 
-/// A view of the scene besides the display's: a camera with a G-buffer of its own, as large as the display.
+/// An additional view of the scene: a camera with its own G-buffer, of the display's size.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlannedView {
-    /// Names of its passes and textures begin with it.
+    /// Prefix of the names of its passes and textures.
     pub name: String,
-    /// World to view space, in every frame.
+    /// World to view space. It is the same in every frame.
     #[serde(serialize_with = "as_debug")]
     pub world_to_view: Mat4,
     /// Tangents of half the field of view, (horizontal, vertical).
@@ -196,15 +197,15 @@ pub struct Pass {
     pub bindings: Vec<(&'static str, ResourceId)>,
     /// Fields of the uniform block `params`.
     pub params: Vec<(&'static str, UniformValue)>,
-    /// Buffers that are set to zero before it.
+    /// Buffers that are cleared to zero before the pass.
     pub cleared: Vec<ResourceId>,
     /// What runs.
     pub work: Work,
-    /// Whether what it writes stays the same in every frame, so that it runs in the first one alone.
+    /// Whether its results are the same in every frame. It then runs in the first frame only.
     pub once: bool,
     /// Part of the frame.
     pub part: Part,
-    /// The view that it sees the scene from, by its place in [`FramePlan::views`]; `None` for the display's.
+    /// Index in [`FramePlan::views`] of the view that it renders; `None` for the display's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view: Option<usize>,
     /// Why the plan has it.
@@ -234,7 +235,7 @@ impl Pass {
     }
 }
 
-/// Everything that a frame does, before any of it is recorded.
+/// Everything that a frame does, before it is recorded.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FramePlan {
     /// Width and height of the display, pixels.
@@ -243,15 +244,15 @@ pub struct FramePlan {
     pub resources: Vec<Resource>,
     /// Passes in order.
     pub passes: Vec<Pass>,
-    /// Views besides the display's.
+    /// Additional views.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub views: Vec<PlannedView>,
-    /// The view that passes are planned for.
+    /// The view that passes are currently added for.
     #[serde(skip)]
     view: Option<usize>,
     /// Results by name: `depth`, `normal`, `albedo`, `direct`, `indirect`, `final`...
     pub outputs: BTreeMap<&'static str, ResourceId>,
-    /// Numbers that belong to outputs, by a name that begins with the output's: `ambient_occlusion.radius`.
+    /// Numbers that belong to outputs. Their names begin with the output's name: `ambient_occlusion.radius`.
     pub attributes: BTreeMap<&'static str, f32>,
 }
 
@@ -261,14 +262,14 @@ impl FramePlan {
         Self { display_size, ..Self::default() }
     }
 
-    /// Adds a view, without passes so far.
+    /// Adds a view without passes.
     pub fn add_view(&mut self, name: impl Into<String>, world_to_view: Mat4, tan_half_fov: [f32; 2]) -> usize {
         self.views.push(PlannedView { name: name.into(), world_to_view, tan_half_fov });
         self.views.len() - 1
     }
 
-    /// Plans passes that see the scene from a view. Their names and those of their textures begin with the view's, all are
-    /// part of the technique, because nothing else needs the view, and the outputs stay those of the display.
+    /// Plans passes of a view. The names of its passes and textures begin with the view's name. All belong to the
+    /// technique, because nothing else needs the view. The outputs stay those of the display.
     pub fn from_view<R>(&mut self, view: usize, plan: impl FnOnce(&mut Self) -> R) -> R {
         let outputs = self.outputs.clone();
         let before = self.view.replace(view);
@@ -277,7 +278,7 @@ impl FramePlan {
         result
     }
 
-    /// A name in the view that is planned for; the scene's own buffers serve all views.
+    /// The name in the current view. The scene's own buffers serve all views.
     fn in_view(&self, name: String) -> String {
         match self.view {
             Some(view) if !name.starts_with("scene.") => format!("{}_{name}", self.views[view].name),
@@ -296,7 +297,7 @@ impl FramePlan {
         self.texture_array(name, size, 1, format, reason)
     }
 
-    /// The texture of this name, added where the plan has none yet: passes may write it anew once its readers are done.
+    /// The texture of this name, added if the plan has none yet. A pass may write it again after its readers.
     pub fn texture_again(
         &mut self,
         name: impl Into<String>,
@@ -322,7 +323,7 @@ impl FramePlan {
         self.resource(name, ResourceKind::Texture { size, layers, format }, reason)
     }
 
-    /// Adds a texture that survives frames: two textures that change places after every frame.
+    /// Adds a texture that persists between frames: two textures that swap roles after every frame.
     pub fn history(&mut self, name: &str, size: [u32; 2], format: wgpu::TextureFormat, reason: &str) -> History {
         let now = self.texture(name, size, format, reason);
         let kind = ResourceKind::Previous { of: now, size, format };
@@ -330,7 +331,7 @@ impl FramePlan {
         History { before, now }
     }
 
-    /// Whether some texture survives frames.
+    /// Whether some texture persists between frames.
     pub fn has_history(&self) -> bool {
         self.resources.iter().any(|resource| matches!(resource.kind, ResourceKind::Previous { .. }))
     }
@@ -340,7 +341,7 @@ impl FramePlan {
         self.resource(name, ResourceKind::Data { bytes, handle: None }, reason)
     }
 
-    /// The buffer whose contents depend on this handle, added where the plan has none yet. All views share it.
+    /// The buffer whose contents depend on this handle, added if the plan has none yet. All views share it.
     pub fn changing_data(
         &mut self,
         handle: Handle,
@@ -366,12 +367,12 @@ impl FramePlan {
         self.resource(name, ResourceKind::Buffer { size }, reason)
     }
 
-    /// Adds a resource that the caller will give under this name.
+    /// Adds a resource that the caller provides under this name.
     pub fn external(&mut self, name: impl Into<String>, reason: impl Into<String>) -> ResourceId {
         self.resource(name, ResourceKind::External, reason)
     }
 
-    /// A buffer of the scene by its name, for example `scene.indices`; added to the plan where no pass has read it yet.
+    /// A buffer of the scene by its name, for example `scene.indices`, added if no pass has used it yet.
     pub fn scene_buffer(&mut self, name: &str, reason: &str) -> ResourceId {
         let known = self.resources.iter().position(|resource| resource.name == name);
         known.map_or_else(|| self.external(name, reason), ResourceId)
@@ -383,7 +384,7 @@ impl FramePlan {
         ResourceId(self.resources.len() - 1)
     }
 
-    /// Begins a pass of this name: one run of a shader. [`PassBuilder::over`], [`PassBuilder::draw`] or
+    /// Begins a pass with this name: one run of a shader. [`PassBuilder::over`], [`PassBuilder::draw`] or
     /// [`PassBuilder::voxelize`] adds it.
     pub fn pass(&mut self, part: Part, name: impl Into<String>, call: impl Into<Call<ResourceId>>) -> PassBuilder<'_> {
         let (name, view) = (self.in_view(name.into()), self.view);
@@ -419,7 +420,7 @@ impl FramePlan {
             self.passes.iter().filter(|p| p.part == Part::Technique).flat_map(|p| p.reads_and_writes().1).collect();
         written.sort();
         written.dedup();
-        // What a history held before is as much of it as what it holds now.
+        // Both textures of a history count.
         let before = self.resources.iter().filter(
             |resource| matches!(resource.kind, ResourceKind::Previous { of, .. } if written.binary_search(&of).is_ok()),
         );
@@ -434,34 +435,34 @@ pub struct PassBuilder<'a> {
 }
 
 impl PassBuilder<'_> {
-    /// Sets a buffer to zero before the pass.
+    /// Clears a buffer to zero before the pass.
     pub fn clear(mut self, buffer: ResourceId) -> Self {
         self.pass.cleared.push(buffer);
         self
     }
 
-    /// Runs the pass in the first frame alone: nothing that it reads ever changes. Its time is that of this frame, and
+    /// Runs the pass in the first frame only, because its inputs never change. Its time is that of the first frame, and
     /// medians over frames leave it out.
     pub fn once(mut self, once: bool) -> Self {
         self.pass.once = once;
         self
     }
 
-    /// Says why the pass is there.
+    /// Gives the reason for the pass.
     pub fn because(mut self, reason: impl Into<String>) -> Self {
         self.pass.reason = reason.into();
         self
     }
 
-    /// Adds the pass: its compute shader over this many invocations.
+    /// Adds the pass: a dispatch of its compute shader over this many invocations along x and y.
     pub fn over(mut self, size: [u32; 2]) {
         let entry = self.pass.shader.entry_points[0].name;
         self.pass.work = Work::Dispatch { entry, size };
         self.plan.passes.push(self.pass);
     }
 
-    /// Adds the pass: triangles into these targets, cleared before; each set of triangles by its own shader, `None` for
-    /// the pass's.
+    /// Adds the pass: draws triangles into these targets, cleared before. Each set of triangles has its own shader;
+    /// `None` for the pass's shader.
     pub fn draw(
         mut self,
         triangles: impl IntoIterator<Item = (&'static str, Option<&'static Shader>)>,
@@ -475,7 +476,7 @@ impl PassBuilder<'_> {
         self.plan.passes.push(self.pass);
     }
 
-    /// Adds the pass: these triangles, hidden or not, at the size of this depth target.
+    /// Adds the pass: draws these triangles, hidden ones included, at the size of this depth target.
     pub fn voxelize(mut self, target: ResourceId, triangles: &'static str) {
         self.pass.work = Work::Voxelize { target, triangles };
         self.plan.passes.push(self.pass);

@@ -5,8 +5,7 @@ use halflight_shared_shaders::{Member, UniformValue};
 /// Packs named values into a block of this layout.
 ///
 /// # Panics
-/// Where a field has no value or one of another size: a pass of this crate forgot it. Every plan of
-/// the test suite is packed, so this cannot reach a user.
+/// If a field has no value or one of another size. Every plan of the test suite is packed, so this cannot reach a user.
 pub fn pack(size: u32, members: &[Member], values: &[(&str, UniformValue)], what: &str) -> Vec<u8> {
     let mut block = vec![0; size as usize];
     for member in members.iter().filter(|member| !member.name.starts_with("unused")) {

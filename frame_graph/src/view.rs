@@ -1,4 +1,4 @@
-//! Views: a camera at one frame, as shaders see it.
+//! A camera at one frame, as shaders read it.
 
 use glam::{DMat4, Mat4, Vec3};
 use halflight_shared_shaders::Member;
@@ -14,47 +14,47 @@ pub struct View {
     pub tan_half_fov: [f32; 2],
     /// Full-resolution pixels.
     pub display_size: [u32; 2],
-    /// Distance of the near plane, scene units; rasterising passes use it, and it tells a teleport from a step.
+    /// Distance of the near plane, scene units. Raster passes use it, and it scales the test for teleports.
     pub near: f32,
-    /// Number of the frame: it turns the random numbers, and a frame uses what the one before left only where its
-    /// number is the next one.
+    /// Frame number. It seeds the random numbers. History is valid only if the previous frame has the preceding number.
     pub frame: u32,
-    /// The user's seed.
+    /// The user's seed of random numbers.
     pub seed: u32,
-    /// What this frame may take from the one before.
+    /// Which history this frame may use.
     pub continuity: Continuity,
 }
 
-/// What a frame may take from the one before.
+/// Which history a frame may use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Continuity {
-    /// Nothing: another scene, or a cut to another camera.
+    /// None: another scene, or a cut to another camera.
     Cut,
-    /// Anything may have moved or changed its light.
+    /// History may be reprojected: objects, camera or light may have changed.
     #[default]
     Changing,
-    /// Scene and light are what they were: where the camera stands still too, pixels may average without end.
-    Still,
+    /// Scene and light are unchanged. If the camera is static too, pixels may average without limit.
+    Static,
 }
 
-/// Near planes stand at 1e-4 of the scene's diagonal; a camera that moves farther than a twentieth of the
-/// diagonal in one frame crosses the scene in a third of a second, which nobody could follow.
+/// Largest motion of the camera in one frame, in near-plane distances. The near plane is at 1e-4 of the scene's
+/// diagonal. A camera that moves more than a twentieth of the diagonal per frame crosses the scene in a third of a
+/// second, which nobody could follow.
 const TELEPORT_NEAR_PLANES: f32 = 500.0;
 
 impl View {
-    /// The first frame seen from here. `near` is in scene units.
+    /// The first frame of this camera. `near` is in scene units.
     pub fn new(world_to_view: Mat4, tan_half_fov: [f32; 2], display_size: [u32; 2], near: f32) -> Self {
         Self { world_to_view, tan_half_fov, display_size, near, frame: 0, seed: 0, continuity: Continuity::Changing }
     }
 
-    /// What another view of the plan, which is static, sees in the same frame.
+    /// The view of a static camera of the plan in the same frame.
     pub(crate) fn of_planned(&self, view: &PlannedView) -> Self {
         Self { world_to_view: view.world_to_view, tan_half_fov: view.tan_half_fov, ..*self }
     }
 
-    /// Whether this view may use what a frame seen from `before` left: it is the next frame of the same image,
-    /// and neither a cut nor a teleport (more than a twentieth of the scene, or a turn of more than half the
-    /// field of view).
+    /// Whether this view may use the history of a frame seen from `before`: it is the next frame of the same image, and
+    /// neither a cut nor a teleport (a motion of more than a twentieth of the scene, or a rotation of more than half
+    /// the field of view).
     pub fn continues(&self, before: &View) -> bool {
         let place = |view: &View| {
             let to_world = view.world_to_view.inverse();
@@ -69,30 +69,30 @@ impl View {
             && axis.dot(axis_before) >= half_fov.cos()
     }
 
-    /// Whether nothing at all changed since a frame seen from `before`.
-    pub(crate) fn is_still_since(&self, before: &View) -> bool {
-        self.continuity == Continuity::Still
+    /// Whether nothing changed since a frame seen from `before`.
+    pub(crate) fn is_static_since(&self, before: &View) -> bool {
+        self.continuity == Continuity::Static
             && self.world_to_view == before.world_to_view
             && self.tan_half_fov == before.tan_half_fov
     }
 
-    /// View space of this frame to view space of the frame seen from `before`, for points of an object
-    /// whose matrix is `now` and was `then`. Exactly the identity where nothing moved.
+    /// View space of this frame to view space of the frame seen from `before`, for points of an object with the matrix
+    /// `now` and the previous matrix `then`. Exactly the identity if nothing moved.
     pub fn way_back(&self, before: &View, now: &Mat4, then: &Mat4) -> Mat4 {
         if self.world_to_view == before.world_to_view && now == then {
             return Mat4::IDENTITY;
         }
-        // In double precision: far from the origin two large translations cancel here.
+        // In double precision, because far from the origin two large translations cancel here.
         let [view, view_before, now, then] = [self.world_to_view, before.world_to_view, *now, *then].map(double);
         (view_before * then * (view * now).inverse()).as_mat4()
     }
 
-    /// The uniform block `previous` in this layout, for a frame after `before`; `None` where there was none that
-    /// may be used.
+    /// The uniform block `previous` in this layout, for a frame after `before`; `None` if there is no valid previous
+    /// frame.
     pub(crate) fn pack_previous(
         &self,
         before: Option<&View>,
-        still_frames: u32,
+        static_frames: u32,
         size: u32,
         members: &[Member],
     ) -> Vec<u8> {
@@ -101,7 +101,7 @@ impl View {
             ("view_to_previous", self.way_back(from, &Mat4::IDENTITY, &Mat4::IDENTITY).to_cols_array_2d().into()),
             ("tan_half_fov", from.tan_half_fov.into()),
             ("valid", u32::from(before.is_some()).into()),
-            ("still_frames", still_frames.into()),
+            ("static_frames", static_frames.into()),
         ];
         uniform::pack(size, members, &values, "previous")
     }

@@ -1,4 +1,4 @@
-//! The plan of a whole frame of a scene: G-buffer, direct light, a technique, the final image.
+//! The plan of a whole frame of a scene: G-buffer, direct light, a technique, and the final image.
 
 mod surfaces;
 
@@ -19,29 +19,29 @@ use crate::{
 };
 
 parameters! {
-    /// How direct light is made.
+    /// Parameters of direct light.
     pub struct DirectLight("direct") {
         /// Width and height of each shadow map.
         shadow_map_size: u32 = 4096, in 64..=8192, unit "px", grid [1024, 2048, 4096], role Plan;
     }
 }
 
-/// Pixels that one invocation of `composite.wgsl` serves.
+/// Pixels that one invocation of `composite.wgsl` computes.
 const COMPOSITE_PIXELS: u32 = 4;
 
-/// Where the direct light of a frame comes from.
+/// Source of a frame's direct light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DirectSource {
     /// Lights and shadow maps.
     #[default]
     Rendered,
-    /// The caller gives a texture named `direct`, for example a path-traced one.
+    /// A texture `direct` of the caller, for example a path-traced one.
     Given,
 }
 
-/// Plans a whole frame: `technique` with `settings` on a scene with these facts, at this size.
+/// Plans a whole frame: `technique` with `settings` on a scene with these facts, at this size in pixels.
 ///
-/// Outputs are `depth`, `normal`, `albedo`, `direct`, `final` and what the technique gives.
+/// Outputs are `depth`, `normal`, `albedo`, `direct`, `final` and those of the technique.
 ///
 /// # Errors
 /// A setting that its declaration does not allow.
@@ -83,7 +83,7 @@ pub fn plan_frame(
     Ok(plan)
 }
 
-/// Whether a technique with these settings reuses the frame before, and so has to know where objects were.
+/// Whether a technique with these settings reprojects the previous frame, and therefore needs the motion of objects.
 fn follows_objects(
     facts: &SceneFacts,
     technique: &Technique,
@@ -93,26 +93,26 @@ fn follows_objects(
     Ok(plan_technique_of_scene(facts, technique, settings, size)?.has_history())
 }
 
-/// Marks the surfaces that only receive light, where the scene has any.
+/// Marks receive-only surfaces, if the scene has any.
 fn plan_receive_only(plan: &mut FramePlan, facts: &SceneFacts, gbuffer: &GBuffer) -> Option<ReceiveOnlyInputs> {
     let material = gbuffer.material.filter(|_| !facts.receive_only.is_empty())?;
     let flags = bytemuck::cast_slice(&facts.receive_only).to_vec();
-    let flags = plan.data("receive_only", flags, "materials that receive light and send none");
+    let flags = plan.data("receive_only", flags, "receive-only materials");
     Some(ReceiveOnlyInputs { material, flags })
 }
 
-/// The source of indirect light: direct light, without that of surfaces which only receive.
+/// The source of indirect light: direct light without that of receive-only surfaces.
 fn plan_source(plan: &mut FramePlan, direct: ResourceId, receive_only: Option<ReceiveOnlyInputs>) -> ResourceId {
     let Some(ReceiveOnlyInputs { material, flags }) = receive_only else { return direct };
     let size = plan.display_size;
-    let source = plan.texture("source", size, Format::Rgba32Float, "direct light of surfaces that send it on");
+    let source = plan.texture("source", size, Format::Rgba32Float, "direct light without receive-only surfaces");
     plan.pass(Part::Technique, "source", Source { direct, material, receive_only: flags, source })
-        .because("some surfaces receive light and send none")
+        .because("some materials are receive-only")
         .over(size);
     source
 }
 
-/// The part of a frame before any technique: G-buffer and direct light, with the channels that a technique with these
+/// The part of a frame before the technique: G-buffer and direct light, with the channels that a technique with these
 /// `needs` reads.
 ///
 /// # Errors
@@ -127,14 +127,14 @@ pub fn plan_scene(
     Ok(plan_scene_for(facts, settings, size, direct, needs, false)?.0)
 }
 
-/// What the first part of a frame leaves for further views.
+/// Results of the first part of a frame, for additional views.
 struct ScenePart {
     gbuffer: GBuffer,
     scene: SceneResources,
     shadow: Option<Shadows>,
 }
 
-/// Whether a technique with these settings gathers in the scene's extra cameras, too.
+/// Whether a technique with these settings also gathers in the scene's extra cameras.
 ///
 /// # Errors
 /// A setting that its declaration does not allow.
@@ -166,8 +166,8 @@ fn plan_extra_views(
     views
 }
 
-/// As [`plan_scene`], with what a technique `needs` and a channel for the moving object that each pixel shows where a
-/// technique `follows` them.
+/// As [`plan_scene`], with the `needs` of a technique, and a channel for the animated object of each pixel if a
+/// technique `follows` objects.
 fn plan_scene_for(
     facts: &SceneFacts,
     settings: &Settings,
@@ -182,7 +182,7 @@ fn plan_scene_for(
         materials: plan.external("scene.materials", "the scene's materials"),
         texels: (facts.needs.textured || facts.needs.alpha_tested)
             .then(|| plan.external("scene.texels", "materials with textures")),
-        objects: (facts.needs.moving_objects > 0).then(|| plan.external("scene.objects", "objects move")),
+        objects: (facts.needs.moving_objects > 0).then(|| plan.external("scene.objects", "objects are animated")),
     };
     let looked_up = LookedUp {
         glossy: facts.needs.glossy && needs.glossy_material,
@@ -190,14 +190,14 @@ fn plan_scene_for(
     };
     let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct, follows, looked_up);
     let (direct, shadow) = match direct {
-        DirectSource::Given => (plan.external("direct", "direct light given by the caller"), None),
+        DirectSource::Given => (plan.external("direct", "direct light of the caller"), None),
         DirectSource::Rendered => {
             let shadow = plan_shadows(&mut plan, facts, &scene, settings)?;
             let direct = plan_direct(&mut plan, facts, &scene, &gbuffer, shadow);
             if facts.needs.environment {
-                let environment = plan.scene_buffer("scene.environment", "light from outside");
+                let environment = plan.scene_buffer("scene.environment", "environment light");
                 plan.pass(Part::Direct, "sky", Sky { depth: gbuffer.depth, environment, direct })
-                    .because("the environment shows where no surface does")
+                    .because("the environment is visible where there is no surface")
                     .over(size);
             }
             (direct, shadow)
@@ -210,9 +210,9 @@ fn plan_scene_for(
     Ok((plan, ScenePart { gbuffer, scene, shadow }))
 }
 
-/// The part of a frame after direct light, on textures `depth`, `normal`, `direct` and `albedo` that
-/// the caller gives, whoever made them. A temporal filter follows the camera; an object that moved by itself is not
-/// found in the frame before, or is taken for what stood there where depth and normal agree.
+/// The part of a frame after direct light, on textures `depth`, `normal`, `direct` and `albedo` of the caller. A
+/// temporal filter follows the camera only. The history of an object that moved is rejected, unless depth and normal
+/// match by coincidence.
 ///
 /// # Errors
 /// A setting that its declaration does not allow, or one that needs the scene's triangles.
@@ -220,8 +220,7 @@ pub fn plan_technique(technique: &Technique, settings: &Settings, size: [u32; 2]
     plan_on_textures(None, technique, settings, size)
 }
 
-/// As [`plan_technique`], with a scene whose buffers the recording will be given too: some settings read its
-/// triangles.
+/// As [`plan_technique`], with a scene whose buffers the graph receives too. Some settings read its triangles.
 ///
 /// # Errors
 /// A setting that its declaration does not allow.
@@ -241,7 +240,7 @@ fn plan_on_textures(
     size: [u32; 2],
 ) -> Result<FramePlan, SettingsError> {
     let mut plan = FramePlan::new(size);
-    let mut given = |name| plan.external(name, "given by the caller");
+    let mut given = |name| plan.external(name, "provided by the caller");
     let inputs = Inputs {
         depth: given("depth"),
         normal: given("normal"),
@@ -259,7 +258,7 @@ fn plan_on_textures(
         translucent: needs.translucent_material && facts.is_some_and(|facts| facts.needs.translucent),
     };
     let inputs =
-        Inputs { material: looked_up.any().then(|| plan.external("material", "given by the caller")), ..inputs };
+        Inputs { material: looked_up.any().then(|| plan.external("material", "provided by the caller")), ..inputs };
     plan.outputs.extend([
         ("depth", inputs.depth),
         ("normal", inputs.normal),
@@ -270,7 +269,7 @@ fn plan_on_textures(
     Ok(plan)
 }
 
-/// Adds a technique and the final image to a plan that already has what the technique reads.
+/// Adds a technique and the final image to a plan that already has the technique's inputs.
 ///
 /// # Errors
 /// A setting that its declaration does not allow.
@@ -283,7 +282,7 @@ pub fn plan_indirect(
     plan_indirect_from(plan, technique, settings, inputs, inputs.direct)
 }
 
-/// As [`plan_indirect`], where the source of indirect light (`inputs.direct`) is not all the direct light that shows.
+/// As [`plan_indirect`], if the source of indirect light (`inputs.direct`) is not all of the visible direct light.
 fn plan_indirect_from(
     plan: &mut FramePlan,
     technique: &Technique,
@@ -293,11 +292,11 @@ fn plan_indirect_from(
 ) -> Result<(), SettingsError> {
     let size = plan.display_size;
     let Some(indirect) = (technique.plan)(plan, inputs, settings)? else {
-        // Without indirect light the direct image is the final one.
+        // Without indirect light the final image is the direct light.
         plan.outputs.insert("final", shown);
         return Ok(());
     };
-    // The final image is as precise as what it is made of.
+    // The final image has the precision of its parts.
     let half = plan.resources[indirect.0].format() == Some(Format::Rgba16Float);
     let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
     let image = plan.texture("final", size, format, "the image to show");

@@ -1,6 +1,6 @@
 //! A scene on a device, its G-buffer and direct light, a path tracer, and what techniques of global illumination share.
 //!
-//! The crate knows wgpu and nothing of files, windows, reports or single techniques; it compiles for
+//! The crate knows wgpu. It knows nothing of files, windows, reports or single techniques. It compiles for
 //! `wasm32-unknown-unknown`.
 
 mod frame;

@@ -1,11 +1,11 @@
-//! Parameters: each one is declared once, with [`crate::parameters!`], and reaches the shader, the command
-//! line, the grid file, the slider and the report's column from there.
+//! Parameters. Each one is declared once, with [`crate::parameters!`]. The shader, the command line, the grid file, the
+//! slider and the report's column use that declaration.
 
 use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
-/// A value of a parameter, as grid files, command lines and tables write it.
+/// A value of a parameter, in the notation of grid files, command lines and tables.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
@@ -31,7 +31,7 @@ impl fmt::Display for Value {
 }
 
 impl Value {
-    /// Reads what a command line gives: `true`, `12`, `0.5`, otherwise a name.
+    /// Parses a value of a command line: `true`, `12`, `0.5`, otherwise a name.
     pub fn parse(text: &str) -> Self {
         if let Ok(v) = text.parse() {
             Self::Bool(v)
@@ -46,7 +46,7 @@ impl Value {
 /// Settings by `technique.parameter`.
 pub type Settings = BTreeMap<String, Value>;
 
-/// Which values a parameter takes.
+/// Allowed values of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// Whole numbers from the first to the second.
@@ -57,18 +57,18 @@ pub enum Kind {
     Choice(&'static [&'static str]),
 }
 
-/// How a parameter takes effect.
+/// How a parameter reaches the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// A pipeline-overridable constant: each new value compiles a pipeline.
     Override,
-    /// A number in a pass's uniform block, or something computed from it.
+    /// A number in a pass's uniform block, or an input of one.
     Uniform,
-    /// It changes which passes, textures or shader variants the plan has.
+    /// It changes the passes, textures or shader variants of the plan.
     Plan,
 }
 
-/// The one declaration of a parameter.
+/// The declaration of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// Technique that it belongs to.
@@ -77,15 +77,15 @@ pub struct Parameter {
     pub name: &'static str,
     /// Unit; `1` for a pure number, empty for choices.
     pub unit: &'static str,
-    /// Values that it takes.
+    /// Allowed values.
     pub kind: Kind,
-    /// Value unless told otherwise.
+    /// Default value.
     pub default: Value,
-    /// Values worth a look in a grid.
+    /// Suggested values for a grid.
     pub grid: Vec<Value>,
-    /// How it takes effect.
+    /// How it reaches the device.
     pub role: Role,
-    /// What it means.
+    /// Its meaning, one or more sentences.
     pub doc: &'static str,
 }
 
@@ -95,7 +95,7 @@ impl Parameter {
         format!("{}.{}", self.technique, self.name)
     }
 
-    /// The values it takes, in words: `1 to 1024`, `half, quarter or full`.
+    /// The allowed values in words: `1 to 1024`, `half, quarter or full`.
     pub fn range(&self) -> String {
         match self.kind {
             Kind::Int(low, high) => format!("{low} to {high}"),
@@ -104,10 +104,10 @@ impl Parameter {
         }
     }
 
-    /// Checks a value, turning whole numbers into numbers where those are wanted.
+    /// Checks a value. Converts whole numbers to floats if the parameter is a float.
     ///
     /// # Errors
-    /// One sentence with the key, the value and what to give instead.
+    /// One sentence with the key, the value and the allowed values.
     pub fn check(&self, value: &Value) -> Result<Value, SettingsError> {
         let checked = match (self.kind, value) {
             (Kind::Int(low, high), &Value::Int(v)) if (low..=high).contains(&v) => Some(Value::Int(v)),
@@ -116,7 +116,7 @@ impl Parameter {
             }
             (Kind::Float(low, high), &Value::Float(v)) if (low..=high).contains(&v) => Some(Value::Float(v)),
             (Kind::Choice(names), Value::Text(v)) if names.contains(&v.as_str()) => Some(value.clone()),
-            // A choice may have names that read as numbers.
+            // The name of a choice may look like a number.
             (Kind::Choice(names), Value::Int(v)) if names.contains(&v.to_string().as_str()) => {
                 Some(Value::Text(v.to_string()))
             }
@@ -129,18 +129,18 @@ impl Parameter {
     }
 }
 
-/// A setting that cannot be used: one sentence with the key and the mend.
+/// An invalid setting: one sentence with the key and the fix.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", halflight_scenes::one_line(.0))]
 pub struct SettingsError(pub String);
 
 /// A Rust type that a parameter can have.
 pub trait ParameterType: Sized {
-    /// Values that the type takes; numbers are narrowed by the declaration's range.
+    /// Values of the type. Numbers are limited by the range of the declaration.
     fn kind(low: f64, high: f64) -> Kind;
-    /// From a value that passed [`Parameter::check`].
+    /// Converts a value that passed [`Parameter::check`].
     fn from_value(value: &Value) -> Option<Self>;
-    /// To a value.
+    /// Converts to a value.
     fn to_value(&self) -> Value;
 }
 
@@ -164,7 +164,7 @@ impl ParameterType for f32 {
         if let Value::Float(v) = value { Some(*v as f32) } else { None }
     }
     fn to_value(&self) -> Value {
-        // The number that people wrote, 0.9, and not the nearest float32 in 16 digits.
+        // The shortest decimal, 0.9, instead of the nearest float32 in 16 digits.
         Value::Float(self.to_string().parse().unwrap_or_else(|_| f64::from(*self)))
     }
 }
@@ -192,9 +192,8 @@ macro_rules! choice {
     };
 }
 
-/// Declares the parameters of a technique: a struct with defaults, and the table that everything
-/// else reads. Field syntax:
-/// `/// doc` `name: type = default, in low..=high, unit "px", grid [a, b], role Uniform;`
+/// Declares the parameters of a technique: a struct with defaults, and the table of declarations. Field syntax: `///
+/// doc` `name: type = default, in low..=high, unit "px", grid [a, b], role Uniform;`
 #[macro_export]
 macro_rules! parameters {
     (
@@ -242,7 +241,7 @@ macro_rules! parameters {
                 }),*]
             }
 
-            /// Reads the settings of this technique; those of others are left alone.
+            /// Reads the settings of this technique and ignores those of others.
             ///
             /// # Errors
             /// A value that its declaration does not allow.
@@ -276,10 +275,10 @@ macro_rules! parameters {
     };
 }
 
-/// Refuses settings that no declaration knows; suggests the nearest key.
+/// Rejects unknown settings and suggests the nearest key.
 ///
 /// # Errors
-/// The first unknown key, or a value out of its range.
+/// The first unknown key, or a value out of range.
 pub fn check_settings(settings: &Settings, declared: &[Parameter]) -> Result<(), SettingsError> {
     for (key, value) in settings {
         match declared.iter().find(|parameter| parameter.key() == *key) {
@@ -291,7 +290,7 @@ pub fn check_settings(settings: &Settings, declared: &[Parameter]) -> Result<(),
                     || format!("the parameters are {}", keys.join(", ")),
                     |near| format!("did you mean {near}?"),
                 );
-                return Err(SettingsError(format!("{key} is no parameter: {hint}")));
+                return Err(SettingsError(format!("{key} is not a parameter: {hint}")));
             }
         }
     }

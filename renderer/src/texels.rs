@@ -1,12 +1,12 @@
-//! Texels as numbers, once their bytes were read back.
+//! Converts the bytes of texels to numbers, after read-back.
 
 use halflight_metrics::tone::srgb_decode;
 use wgpu::TextureFormat as Format;
 
-/// Turns the bytes of a texel into four numbers, linear.
+/// Converts the bytes of a texel to four linear numbers.
 pub type Decode = fn(&[u8]) -> [f32; 4];
 
-/// How to turn the bytes of a texel into four numbers; `None` for formats that hold no colour.
+/// The conversion from the bytes of a texel to four linear numbers; `None` for formats without colour.
 pub fn decoder(format: Format) -> Option<Decode> {
     fn float(bytes: &[u8], i: usize) -> f32 {
         bytemuck::pod_read_unaligned(&bytes[4 * i..4 * i + 4])

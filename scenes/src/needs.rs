@@ -25,7 +25,7 @@ pub struct SceneNeeds {
     /// Number of other meshes.
     pub open_meshes: usize,
     /// Number of meshes with an alpha mask.
-    pub cut_out_meshes: usize,
+    pub alpha_masked_meshes: usize,
     /// Number of directional lights.
     pub directional_lights: usize,
     /// Number of spot lights.
@@ -59,7 +59,7 @@ impl SceneNeeds {
             translucent: used().any(|m| m.translucency != [0.0; 3]),
             watertight_meshes: watertight,
             open_meshes: drawn().count() - watertight,
-            cut_out_meshes: drawn().filter(is_masked).count(),
+            alpha_masked_meshes: drawn().filter(is_masked).count(),
             directional_lights: count(|l| matches!(l, Light::Directional { .. })),
             spot_lights: count(|l| matches!(l, Light::Spot { .. })),
             point_lights: count(|l| matches!(l, Light::Point { .. })),
@@ -103,7 +103,7 @@ mod tests {
         for (special, needs) in [
             (
                 Material { alpha_texture: Some(0), ..default() },
-                SceneNeeds { alpha_tested: true, cut_out_meshes: 1, ..plain.clone() },
+                SceneNeeds { alpha_tested: true, alpha_masked_meshes: 1, ..plain.clone() },
             ),
             (Material { albedo_texture: Some(0), ..default() }, SceneNeeds { textured: true, ..plain.clone() }),
             (Material { emission: [0.0, 0.0, 0.1], ..default() }, SceneNeeds { emitters: true, ..plain.clone() }),

@@ -1,11 +1,11 @@
-//! One run of a shader, whatever its type.
+//! One run of a shader of any type.
 
 use serde::Serialize;
 
 use crate::{BindingKind, Shader};
 
-/// One run of a shader with everything that it takes. The types of the shaders turn into it; it may also be put together
-/// by hand for a shader that this crate does not hold. `R` names resources.
+/// One run of a shader with all its inputs. The types of the shaders convert to it. It can also be built by hand for a
+/// shader that this crate does not contain. `R` identifies resources.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Call<R> {
     /// The shader.
@@ -19,27 +19,26 @@ pub struct Call<R> {
 }
 
 impl<R> Call<R> {
-    /// A run that is given nothing so far.
+    /// A run without inputs.
     pub fn new(shader: &'static Shader) -> Self {
         Self { shader, bindings: Vec::new(), params: Vec::new(), constants: Vec::new() }
     }
 
-    /// Binds a resource where one is given and the shader has a variable of this name.
+    /// Binds a resource if there is one and the shader has a variable of this name.
     pub(crate) fn bind(&mut self, name: &'static str, resource: Option<R>) {
         let resource = resource.filter(|_| self.shader.bindings().any(|binding| binding.name == name));
         self.bindings.extend(resource.map(|resource| (name, resource)));
     }
 
-    /// Sets those of the constants that this variant of the shader has.
+    /// Sets those constants that this variant of the shader has.
     pub(crate) fn constants(&mut self, values: Vec<(&'static str, f64)>) {
         self.constants.extend(values.into_iter().filter(|(name, _)| self.shader.overrides.contains(name)));
     }
 
-    /// Returns the call.
+    /// Checks that all inputs are given.
     ///
     /// # Panics
-    /// Where a resource or a field of `params` is optional, this variant of the shader has it, and it is not given: a
-    /// mistake of the program that calls, not of its user.
+    /// If this variant of the shader has a resource or a field of `params` that is not given: a mistake of the calling program, not of its user.
     pub(crate) fn checked(self) -> Self {
         for binding in self.shader.bindings() {
             let given = match &binding.kind {
@@ -62,7 +61,7 @@ impl<R> Call<R> {
 
 /// A Rust type of a pipeline-overridable constant.
 pub trait Constant {
-    /// The value as pipelines take it.
+    /// The value as wgpu expects it.
     fn to_f64(self) -> f64;
 }
 
@@ -103,7 +102,7 @@ macro_rules! uniform_values {
         })*
 
         impl UniformValue {
-            /// The value as the device reads it.
+            /// The bytes as the device reads them.
             pub fn bytes(&self) -> &[u8] {
                 match self { $(Self::$variant(value) => bytemuck::bytes_of(value)),* }
             }

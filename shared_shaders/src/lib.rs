@@ -1,22 +1,22 @@
-//! How light moves: every WGSL shader of the project, linked and validated when the crate is built, as a table of what each
-//! one binds and as one Rust type a shader. No graphics interface is used here.
+//! All WGSL shaders of the project, linked and validated when the crate is built, as a table of bindings and as one
+//! Rust type per shader. The crate uses no graphics API.
 //!
-//! The modules of this crate follow the folders of `wgsl/`. The struct in each of them has a field for everything that a run
-//! of the shader takes: resources, features, the uniform block `params` and pipeline-overridable constants.
+//! The modules of this crate follow the folders of `wgsl/`. The struct in each of them has a field for every input of a
+//! run of the shader: resources, features, the uniform block `params` and pipeline-overridable constants.
 //!
-//! A run of a shader with everything that it takes:
+//! A run of a shader with all its inputs:
 //!
 //! ```
 //! use halflight_shared_shaders::{Call, ssdo::gather::{Constants, Gather, Params}};
 //!
 //! let params = Params { scale: 4.0, radius: 1.5, intensity: 1.0 };
 //! let constants = Constants { samples: 64, radiometric: true };
-//! // Resources may have any name: here they are numbers.
+//! // Resources may have any type: here they are numbers.
 //! let call = Call::from(Gather { surfels: 0, gathered: 1, params, constants });
 //! assert_eq!(call.shader.name, "ssdo/gather");
 //! ```
 //!
-//! Five slips that do not compile. A binding that is forgotten:
+//! Five mistakes that do not compile. A missing binding:
 //!
 //! ```compile_fail,E0063
 //! use halflight_shared_shaders::ssdo::gather::{Constants, Gather, Params};
@@ -25,7 +25,7 @@
 //! let run = Gather { surfels: 0, params, constants };
 //! ```
 //!
-//! A parameter that is misspelt:
+//! A misspelled parameter:
 //!
 //! ```compile_fail,E0560
 //! use halflight_shared_shaders::ssdo::gather::Params;
@@ -60,7 +60,7 @@ pub use call::{Call, Constant, UniformValue};
 /// A linked WGSL module.
 #[derive(Debug, PartialEq)]
 pub struct Shader {
-    /// Path under `wgsl/` without the ending, then `+feature` for each feature that is on.
+    /// Path under `wgsl/` without the extension, then `+feature` for each enabled feature.
     pub name: &'static str,
     /// Plain WGSL.
     pub source: &'static str,
@@ -97,7 +97,7 @@ pub enum Stage {
 /// One resource variable.
 #[derive(Debug, PartialEq)]
 pub struct Binding {
-    /// Name of the WGSL variable; the renderer binds by it.
+    /// Name of the WGSL variable. Resources are bound by this name.
     pub name: &'static str,
     /// Bind group.
     pub group: u32,
@@ -127,7 +127,7 @@ pub enum BindingKind {
         /// Whether it is an array of textures.
         arrayed: bool,
     },
-    /// Storage texture; the format carries naga's name.
+    /// Storage texture. The format is naga's name.
     StorageTexture {
         /// Texel format, for example `Rgba16Float`.
         format: &'static str,
@@ -169,7 +169,7 @@ impl Shader {
         self.entry_points.iter().find(|entry| entry.name == name)
     }
 
-    /// The name without features: that of the file.
+    /// The name without features: the name of the file.
     pub fn file(&self) -> &'static str {
         self.name.split('+').next().unwrap_or(self.name)
     }

@@ -1,9 +1,9 @@
 // Whether one texel of a level sees another, by the functions of the gather that ships.
 import package::common::surfel::surfel_depth;
-import package::common::voxels::slices_of_range;
+import package::common::froxels::slices_of_range;
 import package::hierarchical::gather::{end_at, sees};
 
-// The gather's module binds the view (0), its parameters (1) and the voxels (5).
+// The gather's module binds the view (0), its parameters (1) and the froxels (5).
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(4) var<storage, read> depth_range: array<u32>;
 // Texels of receiver and source.

@@ -1,5 +1,6 @@
-//! Screen-space indirect light with a visibility bitmask (Therrien et al. 2023): along slices through the view ray, every
-//! sample hides some sectors of the hemisphere and lights the receiver through those that nothing hid before.
+//! Screen-space indirect light with a visibility bitmask (Therrien et al. 2023). Along slices through the view ray,
+//! every sample occludes some sectors of the hemisphere and lights the receiver through those that were not occluded
+//! before.
 
 use halflight_frame_graph::{FramePlan, ResourceId};
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
@@ -7,7 +8,7 @@ use halflight_renderer::{
     choice,
     gi::{
         Finds, Resolution, Spacing, Storage, Switch,
-        feedback::Feedback,
+        previous_frame_bounce::PreviousFrameBounce,
         slices::{SliceGather, SliceInputs},
         temporal::temporal_filter,
     },
@@ -20,17 +21,17 @@ use halflight_shared_shaders::{
 };
 
 choice! {
-    /// How sectors and light are weighted.
+    /// Weighting of sectors and light.
     pub enum Estimator {
-        /// As printed: sectors of equal angle, light weighted by the cosines at both ends.
+        /// As published: sectors of equal angle, light weighted by the cosines at both ends.
         Published = "published",
-        /// Sectors of equal cosine-weighted solid angle; converges to what rays find on the screen.
+        /// Sectors of equal cosine-weighted solid angle. Converges to ray-traced light of the visible surfaces.
         Radiometric = "radiometric",
     }
 }
 
 choice! {
-    /// Sectors of a slice.
+    /// Number of sectors of a slice.
     pub enum Sectors {
         /// One word.
         S32 = "32",
@@ -48,13 +49,13 @@ impl Sectors {
 }
 
 choice! {
-    /// How light of the environment is found.
+    /// Source of environment light.
     pub enum Ambient {
-        /// What a surface of this normal receives, times openness.
+        /// The irradiance of the normal, times ambient visibility.
         Normal = "normal",
-        /// What one receives that faces the middle of what is open, times openness.
+        /// The irradiance of the bent normal (the mean open direction), times ambient visibility.
         BentNormal = "bent-normal",
-        /// From four directions of each slice, each through its open sectors.
+        /// Four directions per slice, each through its open sectors.
         Bitmask = "bitmask",
     }
 }
@@ -62,45 +63,48 @@ choice! {
 parameters! {
     /// Parameters of the visibility bitmask.
     pub struct Bitmask("bitmask") {
-        /// What is found: light, or openness alone.
+        /// Result: indirect light, or ambient visibility alone.
         finds: Finds = Finds::Light, unit "", grid [Finds::Light, Finds::Occlusion], role Plan;
-        /// Sectors and weights: published, as printed; radiometric, what rays would find.
+        /// Sectors and weights: published, as in the paper; radiometric, consistent with ray tracing.
         estimator: Estimator = Estimator::Radiometric, unit "",
         grid [Estimator::Published, Estimator::Radiometric], role Override;
-        /// Radius within which surfaces count; 0 for all of the screen.
+        /// Radius of occluders and senders; 0 for the whole screen.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0, 1.0, 4.0], role Uniform;
-        /// Thickness of everything that is seen, away from the eye, wherever it is.
+        /// Thickness of every surface, away from the eye.
         thickness: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.1, 0.25, 0.5, 1.0], role Uniform;
-        /// What distance adds to the thickness, for each unit of depth: it has no unit, so the default suits scenes of any size.
+        /// Additional thickness per unit of depth. It has no unit, so the default suits scenes of any size.
         thickness_slope: f32 = 0.03, in 0.0..=10.0, unit "1", grid [0.0, 0.03], role Uniform;
-        /// Slices of the hemisphere: noise falls with their square root, cost rises with them.
+        /// Slices of the hemisphere. Noise decreases with the square root, cost is proportional.
         slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override;
         /// Steps on each side of a slice.
         steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override;
-        /// How steps are spread: constant, or exponential with more of them nearby.
+        /// Spacing of the steps: constant, or exponential with more steps near the receiver.
         spacing: Spacing = Spacing::Exponential, unit "",
         grid [Spacing::Constant, Spacing::Exponential], role Override;
-        /// Whether steps start at random within their stride; otherwise in its middle, which shows as bands.
+        /// Whether steps start at random positions in their strides. Otherwise they start in the middle, which shows as
+        /// banding.
         jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override;
-        /// Sectors of a slice: few show as bands, many cost a little.
+        /// Sectors of a slice. Few sectors show as banding, many cost slightly more.
         sectors: Sectors = Sectors::S32, unit "", grid [Sectors::S32, Sectors::S128], role Plan;
-        /// Light of the environment: from the normal, from the bent normal, or from directions through open sectors.
+        /// Environment light: from the normal, from the bent normal, or from directions through open sectors.
         ambient: Ambient = Ambient::Bitmask, unit "",
         grid [Ambient::Normal, Ambient::BentNormal, Ambient::Bitmask], role Override;
-        /// Resolution of the gather: half costs a quarter and blurs.
+        /// Resolution of the gather. Half costs a quarter and blurs.
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
-        /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.
+        /// Passes of the spatial filter, each of 3x3 taps at twice the previous distance; 0 for none.
         denoise: u32 = 1, in 0..=4, unit "1", grid [0, 1, 2], role Plan;
-        /// Largest albedo with which light of the frame before is reflected again, for several bounces; 0 for one bounce.
+        /// Largest albedo of previous-frame bounces, for multiple bounces; 0 for one bounce.
         feedback: f32 = 0.0, in 0.0..=0.95, unit "1", grid [0.0, 0.9], role Plan;
-        /// Share a of the frames before in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.
+        /// Share a of the history in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a
+        /// frames.
         temporal_a: f32 = 0.0, in 0.0..=0.999, unit "1", grid [0.0, 0.9], role Plan;
-        /// Storage of light at full resolution where it was gathered at half: float16 has half the bytes and clamps at 65,504.
+        /// Storage of light at full resolution after a gather at half resolution. float16 has half the bytes and clamps
+        /// at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
     }
 }
 
-/// See the module.
+/// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Bitmask::TECHNIQUE,
     summary: "screen-space indirect light with a visibility bitmask (Therrien et al. 2023)",
@@ -114,7 +118,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let parameters = Bitmask::from_settings(settings)?;
     let lit = parameters.finds == Finds::Light;
     let sectors = parameters.sectors.count();
-    let feedback = Feedback::plan(plan, inputs, if lit { parameters.feedback } else { 0.0 });
+    let feedback = PreviousFrameBounce::plan(plan, inputs, if lit { parameters.feedback } else { 0.0 });
     let slices = SliceGather {
         technique: Bitmask::TECHNIQUE,
         finds: parameters.finds,
@@ -155,7 +159,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         });
     let light = temporal_filter(plan, inputs, light, parameters.temporal_a);
     if let (Some(feedback), Some(light)) = (feedback, light) {
-        feedback.remember(plan, inputs, light);
+        feedback.write_history(plan, inputs, light);
     }
     Ok(light)
 }

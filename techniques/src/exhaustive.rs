@@ -1,4 +1,4 @@
-//! Every pixel sums over every pixel: the screen-space sum without hierarchy or sampling.
+//! Exhaustive sum: every pixel sums over every pixel, without hierarchy or sampling.
 
 use halflight_shared_shaders::exhaustive;
 use wgpu::TextureFormat as Format;
@@ -20,7 +20,7 @@ parameters! {
     }
 }
 
-/// See the module.
+/// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Exhaustive::TECHNIQUE,
     summary: "every pixel sums over every pixel (Soler 2009, Equation 1 with 4): slow, without sampling or hierarchy",
@@ -30,8 +30,8 @@ pub const TECHNIQUE: Technique = Technique {
     plan,
 };
 
-/// Pairs of pixels in one pass: about half a second on two processor cores, short enough for a
-/// browser's watchdog on a GPU.
+/// Pairs of pixels per pass: about half a second on two processor cores, short enough for a browser's watchdog on a
+/// GPU.
 const PAIRS_A_PASS: u64 = 1 << 27;
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
@@ -40,7 +40,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let [width, height] = size;
     let pairs_a_row = u64::from(width) * u64::from(width) * u64::from(height);
     let rows = (PAIRS_A_PASS / pairs_a_row).clamp(1, u64::from(height)) as u32;
-    // Passes alternate between two textures, because none may read what it writes.
+    // Passes alternate between two textures, because no pass may read the texture that it writes.
     let sums = [0, 1].map(|i| plan.texture(format!("sum_{i}"), size, Format::Rgba32Float, "sum over the rows so far"));
     let mut written = sums[0];
     for (index, first_row) in (0..height).step_by(rows as usize).enumerate() {

@@ -1,5 +1,5 @@
-//! Ground-truth ambient occlusion (Jimenez et al. 2016): openness between the two horizons of each slice. The baseline of
-//! the visibility bitmask: the same slices and steps, with everything that is seen infinitely thick.
+//! Ground-truth ambient occlusion (Jimenez et al. 2016): ambient visibility between the two horizons of each slice. It
+//! is the baseline of the visibility bitmask: the same slices and steps, with infinitely thick surfaces.
 
 use halflight_frame_graph::{FramePlan, ResourceId};
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
@@ -19,30 +19,32 @@ use halflight_shared_shaders::{
 parameters! {
     /// Parameters of ground-truth ambient occlusion.
     pub struct Gtao("gtao") {
-        /// Radius within which surfaces count; 0 for all of the screen.
+        /// Radius of occluders; 0 for the whole screen.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0, 1.0, 4.0], role Uniform;
-        /// Part of the radius, at its end, over which an occluder's weight falls from 1 to 0; 0 counts all that is on the way, however far.
+        /// Share of the radius, at its end, over which the weight of an occluder decreases from 1 to 0. 0 counts all
+        /// occluders fully.
         falloff: f32 = 0.0, in 0.0..=1.0, unit "1", grid [0.0, 0.6], role Uniform;
-        /// Slices of the hemisphere: noise falls with their square root, cost rises with them.
+        /// Slices of the hemisphere. Noise decreases with the square root, cost is proportional.
         slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override;
         /// Steps on each side of a slice.
         steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override;
-        /// How steps are spread: constant, or exponential with more of them nearby.
+        /// Spacing of the steps: constant, or exponential with more steps near the receiver.
         spacing: Spacing = Spacing::Exponential, unit "",
         grid [Spacing::Constant, Spacing::Exponential], role Override;
-        /// Whether steps start at random within their stride; otherwise in its middle, which shows as bands.
+        /// Whether steps start at random positions in their strides. Otherwise they start in the middle, which shows as
+        /// banding.
         jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override;
-        /// Resolution of the gather: half costs a quarter and blurs.
+        /// Resolution of the gather. Half costs a quarter and blurs.
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
-        /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.
+        /// Passes of the spatial filter, each of 3x3 taps at twice the previous distance; 0 for none.
         denoise: u32 = 1, in 0..=4, unit "1", grid [0, 1, 2], role Plan;
     }
 }
 
-/// See the module.
+/// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Gtao::TECHNIQUE,
-    summary: "openness between horizons, without thickness (GTAO, Jimenez et al. 2016)",
+    summary: "ambient visibility between horizons, without thickness (GTAO, Jimenez et al. 2016)",
     parameters: Gtao::parameters,
     complete: |settings| Ok(Gtao::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
@@ -57,7 +59,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         radius: parameters.radius,
         resolution: parameters.resolution,
         denoise: parameters.denoise,
-        // Openness is one float, whatever light is stored as.
+        // Ambient visibility is one float, whatever the storage of light.
         storage: Storage::Float32,
     };
     Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, scale, radius, .. }| {

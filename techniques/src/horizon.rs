@@ -1,5 +1,6 @@
-//! Horizon-based indirect lighting (Mayaux 2018): a sample above the horizon so far lights the receiver through the angle
-//! between the two. The baseline of the visibility bitmask for light: the same slices and steps over a height field.
+//! Horizon-based indirect lighting (Mayaux 2018): a sample above the horizon so far lights the receiver through the
+//! angle between the two. It is the baseline of the visibility bitmask for light: the same slices and steps over a
+//! height field.
 
 use halflight_frame_graph::{FramePlan, ResourceId};
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
@@ -19,27 +20,29 @@ use halflight_shared_shaders::{
 parameters! {
     /// Parameters of horizon-based indirect lighting.
     pub struct Horizon("horizon") {
-        /// Radius within which surfaces count; 0 for all of the screen.
+        /// Radius of occluders and senders; 0 for the whole screen.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0, 1.0, 4.0], role Uniform;
-        /// Slices of the hemisphere: noise falls with their square root, cost rises with them.
+        /// Slices of the hemisphere. Noise decreases with the square root, cost is proportional.
         slices: u32 = 1, in 1..=64, unit "1", grid [1, 2, 4], role Override;
         /// Steps on each side of a slice.
         steps: u32 = 12, in 1..=256, unit "1", grid [8, 12, 16, 32], role Override;
-        /// How steps are spread: constant, or exponential with more of them nearby.
+        /// Spacing of the steps: constant, or exponential with more steps near the receiver.
         spacing: Spacing = Spacing::Exponential, unit "",
         grid [Spacing::Constant, Spacing::Exponential], role Override;
-        /// Whether steps start at random within their stride; otherwise in its middle, which shows as bands.
+        /// Whether steps start at random positions in their strides. Otherwise they start in the middle, which shows as
+        /// banding.
         jitter: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Override;
-        /// Resolution of the gather: half costs a quarter and blurs.
+        /// Resolution of the gather. Half costs a quarter and blurs.
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
-        /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.
+        /// Passes of the spatial filter, each of 3x3 taps at twice the previous distance; 0 for none.
         denoise: u32 = 1, in 0..=4, unit "1", grid [0, 1, 2], role Plan;
-        /// Storage of light at full resolution where it was gathered at half: float16 has half the bytes and clamps at 65,504.
+        /// Storage of light at full resolution after a gather at half resolution. float16 has half the bytes and clamps
+        /// at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
     }
 }
 
-/// See the module.
+/// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Horizon::TECHNIQUE,
     summary: "indirect light between successive horizons (HBIL, Mayaux 2018)",

@@ -1,14 +1,14 @@
-//! Screen space and light space together (Lambru et al.): light from nearby comes from what the camera sees, light from
-//! farther away from what the lights see, on the screen or not; light in mirror directions and openness from both.
+//! Screen space and light space together (Lambru et al.): near light comes from the screen, far light from reflective
+//! shadow maps. Specular reflections and ambient visibility use both.
 
-mod openness;
+mod ambient_visibility;
 mod patterns;
 mod specular;
 
 use wgpu::TextureFormat as Format;
 
 use self::{
-    openness::{Openness, attenuated},
+    ambient_visibility::{AmbientVisibility, attenuated},
     patterns::Patterns,
     specular::Specular,
 };
@@ -19,7 +19,7 @@ use halflight_renderer::{
     gi::{
         Sources, StartResolution, Storage, Switch, UpsamplingKernel,
         resolution::{Level, Upsampling, pyramid, to_display},
-        rsm::{LightMaps, VirtualLights, plan_light_maps, plan_virtual_lights},
+        rsm::{ReflectiveShadowMap, VirtualPointLights, plan_reflective_shadow_maps, plan_virtual_point_lights},
         scene_voxels::{SceneVoxels, plan_scene_voxels},
         temporal::{temporal_filter, temporal_filter_of_gloss},
         translucency::Translucency,
@@ -31,25 +31,26 @@ use halflight_renderer::{
 use halflight_shared_shaders::hybrid::gather;
 
 choice! {
-    /// Where samples are and what they weigh.
+    /// Sampling and weighting.
     pub enum Weighting {
-        /// Absolute units: nearby every sample as the screen area that it stands for, farther away lights chosen by what they bring.
+        /// Absolute units: near samples by their screen area, far light from virtual point lights chosen by their
+        /// contribution.
         Radiometric = "radiometric",
-        /// Absolute units by the paper's patterns: each sample as the area of its share of the pattern.
+        /// Absolute units by the paper's patterns: each sample by the area of its share of the pattern.
         Pattern = "pattern",
-        /// Patterns and weights as printed: a mean without units, made brighter by one intensity.
+        /// Patterns and weights as published: a mean without units, scaled by one intensity.
         Published = "published",
     }
 }
 
 choice! {
-    /// Views that are asked.
+    /// Views that are used.
     pub enum Views {
         /// None.
         Off = "off",
-        /// The screen alone.
+        /// The screen only.
         Screen = "screen",
-        /// The screen and the lights' views.
+        /// The screen and the reflective shadow maps.
         Both = "both",
     }
 }
@@ -57,58 +58,70 @@ choice! {
 parameters! {
     /// Parameters of the hybrid technique.
     pub struct Hybrid("hybrid") {
-        /// Where light comes from: both, nearby from the screen and otherwise from what the lights see; screen or lights alone.
+        /// Domains of light: both, the screen within the radius and reflective shadow maps beyond it; screen or lights
+        /// alone.
         sources: Sources = Sources::Both, unit "", grid [Sources::Both, Sources::Screen, Sources::Lights], role Plan;
-        /// Samples and weights: radiometric, absolute, lights chosen by what they bring; pattern, absolute, by the paper's patterns; published, patterns and weights as printed, without units.
+        /// Samples and weights: radiometric, absolute units, virtual point lights chosen by their contribution;
+        /// pattern, absolute units, the paper's patterns; published, patterns and weights as in the paper, without
+        /// units.
         weighting: Weighting = Weighting::Radiometric, unit "",
         grid [Weighting::Radiometric, Weighting::Pattern, Weighting::Published], role Plan;
-        /// Resolution of the gather: its cost falls with the square, detail of nearby light with it.
+        /// Resolution of the gather. Its cost is proportional to the number of pixels; coarse resolutions lose detail
+        /// of nearby light.
         start_resolution: StartResolution = StartResolution::Quarter, unit "",
         grid [StartResolution::Half, StartResolution::Quarter], role Plan;
-        /// Least weight of coarse texels that show a pixel's surface: with less, the pixel's light is gathered anew at full resolution; 0 interpolates everywhere. Patterns always do.
+        /// Smallest weight of coarse texels that show a pixel's surface. Pixels below it are recomputed at full
+        /// resolution; 0 interpolates everywhere. Patterns always interpolate.
         recompute_below: f32 = 0.0, in 0.0..=1.0, unit "1", grid [0.0, 0.1, 0.3], role Plan;
-        /// Distance up to which light comes from the screen; 0 takes a thirtieth of the scene's diagonal.
+        /// Near-field distance: light comes from the screen within it; 0 for a thirtieth of the scene's diagonal.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
-        /// Radius of the large hemisphere, within which patterns look for light of the lights' views; 0 takes ten times the small one's, as published.
+        /// Radius of the large hemisphere, in which patterns sample reflective shadow maps; 0 for ten times the small
+        /// one, as published.
         far_radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Uniform;
-        /// Brightness of the published weighting, which has the unit of one over an area.
+        /// Brightness of the published weighting.
         intensity: f32 = 1.0, in 0.0..=1e9, unit "scene units squared", grid [1.0], role Uniform;
-        /// Samples of the screen for each receiver.
+        /// Screen samples per receiver.
         screen_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override;
-        /// Virtual lights that each receiver looks at; of patterns, samples of each light.
+        /// Virtual point lights per receiver; for patterns, samples of each map.
         light_samples: u32 = 64, in 1..=1024, unit "1", grid [16, 64, 256], role Plan;
-        /// Virtual lights in all, chosen by what they bring to the picture; receivers share them out among one another.
+        /// Number of virtual point lights, chosen by their contribution to the image. Receivers share them.
         virtual_lights: u32 = 1024, in 1..=16384, unit "1", grid [256, 1024, 4096], role Plan;
-        /// Width and height of each light's view.
+        /// Width and height of each reflective shadow map.
         light_view_size: u32 = 128, in 8..=512, unit "px", grid [64, 128, 256], role Plan;
-        /// Whether light from the lights' views is tested for what stands in between, in a grid of cubes over the whole scene.
+        /// Whether light from reflective shadow maps is tested for occluders, in a voxel grid over the whole scene.
         visibility: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
-        /// Cubes along the longest side of the scene.
+        /// Voxels along the longest side of the scene.
         voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
-        /// Successive virtual lights, or samples of a pattern, that share one ray: the mean stays, the noise of visibility grows, its cost falls.
+        /// Successive virtual point lights, or samples of a pattern, that share one visibility ray. The mean is
+        /// unchanged, the noise of visibility grows, and its cost decreases.
         samples_per_ray: u32 = 8, in 1..=64, unit "1", grid [1, 4, 8], role Override;
-        /// What glossy materials (Ks, Ns) show in their mirror direction: off; screen, what the camera sees there; both, otherwise what the lights see.
+        /// Specular reflection of glossy materials (Ks, Ns): off; screen; both, reflective shadow maps where the screen
+        /// has no hit.
         specular: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
-        /// Most pixels of the screen, and texels of a light's view, between two steps of the march in the mirror direction: less finds thinner things, cost falls with it.
+        /// Largest step of the reflection ray, in pixels of the screen and texels of a reflective shadow map. Smaller
+        /// steps find thinner surfaces at a higher cost.
         specular_stride: f32 = 2.0, in 1.0..=64.0, unit "px", grid [1.0, 2.0, 4.0], role Uniform;
-        /// Whether directions are drawn from the whole lobe, which leaves noise for a filter over frames; off, as published, all materials show what a mirror would.
+        /// Whether reflection rays sample the whole lobe, which leaves noise for the temporal filter. Off, as
+        /// published: all glossy materials are mirrors.
         specular_lobe: Switch = Switch::Off, unit "", grid [Switch::Off, Switch::On], role Override;
-        /// Openness that attenuates indirect light: off; screen, from what the camera sees; both, from what the lights see as well.
+        /// Ambient visibility that attenuates indirect light: off; screen; both, screen and reflective shadow maps.
         ambient_occlusion: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
-        /// Samples of the hemisphere in each view that openness is taken from.
+        /// Samples of the hemisphere in each view, for ambient visibility.
         occlusion_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Uniform;
-        /// Radius within which surfaces close the hemisphere; 0 takes a thirtieth of the scene's diagonal.
+        /// Radius of occluders for ambient visibility; 0 for a thirtieth of the scene's diagonal.
         occlusion_radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Uniform;
-        /// Whether light from behind passes translucent surfaces, along the lights' views; takes effect where sources has those.
+        /// Whether light passes through translucent surfaces, by the reflective shadow maps. Requires sources that
+        /// include lights.
         translucency: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
-        /// Storage of light at full resolution: float16 has half the bytes and clamps at 65,504.
+        /// Storage of light at full resolution. float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
-        /// Share a of the frames before in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a frames.
+        /// Share a of the history in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a
+        /// frames.
         temporal_a: f32 = 0.0, in 0.0..=0.999, unit "1", grid [0.0, 0.9], role Plan;
     }
 }
 
-/// See the module.
+/// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Hybrid::TECHNIQUE,
     summary: "screen space for nearby light, light space for the rest (Lambru et al.)",
@@ -124,13 +137,13 @@ pub const TECHNIQUE: Technique = Technique {
 };
 
 impl Hybrid {
-    /// Whether random numbers are spread over frames, for the temporal filter to average.
+    /// Whether random numbers are stratified over frames, for the temporal filter.
     fn over_frames(&self) -> bool {
         self.temporal_a > 0.0
     }
 }
 
-/// Levels between the receivers of the gather and those that decide which virtual lights matter.
+/// Levels between the receivers of the gather and those that estimate importance.
 const IMPORTANCE_LEVELS: u32 = 2;
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
@@ -147,12 +160,12 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let (level, coarse) = (&levels[0], &levels[levels.len() - 1]);
     let radius = inputs.nearby(parameters.radius, Hybrid::TECHNIQUE)?;
 
-    // What the screen tells is found first, and once for all lights.
+    // The screen's parts come first, once for all lights.
     let mut patterns = (parameters.weighting != Weighting::Radiometric && (near || far))
         .then(|| Patterns::new(plan, inputs, &parameters, level, radius));
     let mut specular = Specular::new(plan, inputs, &parameters);
-    let mut openness = Openness::new(plan, inputs, &parameters, level)?;
-    // Light from the lights' views is tested for what stands in between, whoever reads it; published weights are as printed.
+    let mut ambient_visibility = AmbientVisibility::new(plan, inputs, &parameters, level)?;
+    // Light from reflective shadow maps is tested for occluders wherever it is used. Published weights have no test.
     let mirrors = specular.is_some() && parameters.specular == Views::Both && lit;
     let voxels = inputs.scene.filter(|_| {
         parameters.visibility == Switch::On
@@ -162,17 +175,17 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let voxels = voxels.map(|scene| plan_scene_voxels(plan, scene, parameters.voxel_resolution));
     let mut translucency = Translucency::new(inputs, far && parameters.translucency == Switch::On);
 
-    // Each light's view is drawn, and read by all that look for something in it.
+    // Each map is drawn, then read by all passes that use it.
     let asks = |views: Views| views == Views::Both && lit;
-    let mut look = |plan: &mut FramePlan, maps: &LightMaps, index: usize, view: &ShadowLayer| {
+    let mut look = |plan: &mut FramePlan, maps: &ReflectiveShadowMap, index: usize, view: &ShadowLayer| {
         if let Some(patterns) = patterns.as_mut().filter(|_| far) {
             patterns.add(plan, maps, index, view, voxels);
         }
         if let Some(specular) = specular.as_mut().filter(|_| mirrors) {
             specular.add(plan, maps, index, view, voxels);
         }
-        if let Some(openness) = openness.as_mut().filter(|_| asks(parameters.ambient_occlusion)) {
-            openness.add(plan, maps, index, view);
+        if let Some(ambient_visibility) = ambient_visibility.as_mut().filter(|_| asks(parameters.ambient_occlusion)) {
+            ambient_visibility.add(plan, maps, index, view);
         }
         translucency.add(plan, maps, index, view);
     };
@@ -180,13 +193,13 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let mut lights = None;
     if chosen {
         let count = parameters.virtual_lights;
-        lights = plan_virtual_lights(plan, inputs, Hybrid::TECHNIQUE, size, count, coarse, look)?;
+        lights = plan_virtual_point_lights(plan, inputs, Hybrid::TECHNIQUE, size, count, coarse, look)?;
     } else if far || mirrors || asks(parameters.ambient_occlusion) {
-        plan_light_maps(plan, inputs, Hybrid::TECHNIQUE, size, &mut look)?;
+        plan_reflective_shadow_maps(plan, inputs, Hybrid::TECHNIQUE, size, &mut look)?;
     }
 
     translucency.finish(plan);
-    let open = openness.map(|openness| openness.finish(plan, inputs));
+    let open = ambient_visibility.map(|ambient_visibility| ambient_visibility.finish(plan, inputs));
     if let Some((light, material)) = specular.map(|specular| specular.light()) {
         let light = open.map_or(light, |open| attenuated(plan, light, open, "glossy"));
         let light = temporal_filter_of_gloss(plan, inputs, light, parameters.temporal_a, material);
@@ -206,22 +219,22 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     Ok(temporal_filter(plan, inputs, Some(light), parameters.temporal_a))
 }
 
-/// Nearby light from the screen and light from chosen lights.
+/// Near light from the screen and far light from virtual point lights.
 struct Gather<'a> {
     parameters: &'a Hybrid,
     level: &'a Level,
     radius: f32,
-    lights: Option<VirtualLights>,
+    lights: Option<VirtualPointLights>,
     voxels: Option<SceneVoxels>,
 }
 
 impl<'a> Gather<'a> {
-    /// `voxels` is the grid of cubes that rays to chosen lights cross; `None` where nothing sends light.
+    /// `voxels` is the voxel grid of the visibility rays; `None` if no virtual point light is used.
     fn new(
         parameters: &'a Hybrid,
         level: &'a Level,
         radius: f32,
-        lights: Option<VirtualLights>,
+        lights: Option<VirtualPointLights>,
         voxels: Option<SceneVoxels>,
     ) -> Option<Self> {
         if parameters.sources == Sources::Lights && lights.is_none() {
@@ -231,7 +244,7 @@ impl<'a> Gather<'a> {
         Some(Self { parameters, level, radius, lights, voxels })
     }
 
-    /// The gather into this texture: at the start resolution, or of single pixels of the display.
+    /// The gather into this texture: at the start resolution, or of single display pixels.
     fn run(
         &self,
         gathered: ResourceId,
@@ -248,11 +261,11 @@ impl<'a> Gather<'a> {
             recompute,
             surfels: Some(level.surfels),
             grid: voxels.map(|voxels| voxels.grid),
-            cubes: voxels.map(|voxels| voxels.cubes),
+            voxels: voxels.map(|voxels| voxels.voxels),
             params: gather::Params {
                 scale: level.scale as f32,
                 radius: *radius,
-                virtual_lights: lights.as_ref().map_or(0, |lights| lights.count),
+                virtual_point_lights: lights.as_ref().map_or(0, |lights| lights.count),
                 stride: lights.as_ref().map_or(1, |lights| (lights.count / parameters.light_samples).max(1)),
                 least_weight: recompute.map(|_| parameters.recompute_below),
             },
@@ -269,13 +282,13 @@ impl<'a> Gather<'a> {
         let size = self.level.size;
         let gathered = plan.texture("gathered", size, Format::Rgba32Float, "light at the start resolution");
         plan.pass(Part::Technique, "gather", self.run(gathered, false, None))
-            .because("nearby light from the screen, the rest from the lights' views")
+            .because("near light from the screen, far light from virtual point lights")
             .over(size);
         gathered
     }
 
-    /// Plans the gather of single pixels of the display, where interpolation knows too little of their surfaces; returns
-    /// what it was given where it may know as little as it does, or is none.
+    /// Plans the gather of those display pixels whose surfaces the coarse texels hardly show. Returns its input if no
+    /// pixel is to be recomputed.
     fn recompute(&self, plan: &mut FramePlan, inputs: &Inputs, interpolated: ResourceId) -> ResourceId {
         if self.parameters.recompute_below <= 0.0 || self.level.scale == 1 {
             return interpolated;
@@ -283,10 +296,10 @@ impl<'a> Gather<'a> {
         let half = self.parameters.storage == Storage::Float16;
         let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
         let size = plan.display_size;
-        let recomputed = plan.texture("recomputed", size, format, "light, without guesses at edges");
+        let recomputed = plan.texture("recomputed", size, format, "light with recomputed pixels");
         let of_pixel = gather::Recompute { depth: inputs.depth, normal: inputs.normal, interpolated };
         plan.pass(Part::Technique, "recompute", self.run(recomputed, half, Some(of_pixel)))
-            .because("where coarse texels do not show a pixel's surface, its light is gathered anew")
+            .because("recomputes pixels whose surface no coarse texel shows")
             .over(size);
         recomputed
     }

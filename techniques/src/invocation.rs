@@ -26,9 +26,9 @@ use halflight_renderer::parameters::{Settings, Value};
 pub struct Invocation {
     /// Words that name the command: `evaluator render`, `cargo xtask stability`.
     program: Vec<String>,
-    /// Arguments without a name.
+    /// Positional arguments.
     arguments: Vec<String>,
-    /// Options by name without dashes, in order; a flag has no value.
+    /// Options by name without dashes, in order. A flag has no value.
     options: Vec<(String, Option<String>)>,
 }
 
@@ -43,12 +43,12 @@ impl Invocation {
         Self { program: vec!["cargo".into(), "xtask".into(), command.into()], ..Self::default() }
     }
 
-    /// `evaluator render` of a technique with these settings; those that are missing have their defaults.
+    /// `evaluator render` of a technique with these settings. Missing settings have their defaults.
     pub fn render(scene: impl fmt::Display, technique: &str, settings: &Settings, size: [u32; 2]) -> Self {
         Self::evaluator("render").option("scene", scene).technique(technique, settings).size(size)
     }
 
-    /// Adds an argument without a name.
+    /// Adds a positional argument.
     pub fn argument(mut self, value: impl fmt::Display) -> Self {
         self.arguments.push(value.to_string());
         self
@@ -60,7 +60,7 @@ impl Invocation {
         self
     }
 
-    /// Adds an option where there is a value.
+    /// Adds an option if there is a value.
     pub fn option_if(self, name: &str, value: Option<impl fmt::Display>) -> Self {
         match value {
             Some(value) => self.option(name, value),
@@ -73,7 +73,7 @@ impl Invocation {
         if value == default { self } else { self.option(name, value) }
     }
 
-    /// Adds the flag `--NAME` where it is on.
+    /// Adds the flag `--NAME` if it is on.
     pub fn flag(mut self, name: &str, on: bool) -> Self {
         if on {
             self.options.push((name.into(), None));
@@ -97,7 +97,7 @@ impl Invocation {
         &self.program
     }
 
-    /// Arguments without a name.
+    /// Positional arguments.
     pub fn arguments(&self) -> &[String] {
         &self.arguments
     }
@@ -117,10 +117,10 @@ impl Invocation {
         self.options.iter().any(|(option, _)| option == name)
     }
 
-    /// The settings of its `--set` options, as they are written: not checked against their declarations.
+    /// The settings of its `--set` options, not checked against their declarations.
     ///
     /// # Errors
-    /// Where one has no value.
+    /// If one has no value.
     pub fn settings(&self) -> Result<Settings, InvocationError> {
         let setting = |text: &str| {
             let (key, value) = text
@@ -131,13 +131,13 @@ impl Invocation {
         self.values("set").map(setting).collect()
     }
 
-    /// The words as a program receives them, without quotes; the first one is the program.
+    /// The words as a program receives them, without quotes. The first one is the program.
     pub fn words(&self) -> Vec<String> {
         let mut words = [self.program.as_slice(), &self.arguments].concat();
         for (name, value) in &self.options {
             match value {
                 None => words.push(format!("--{name}")),
-                // A value that looks like an option must not be taken for one.
+                // A value that looks like an option must not be parsed as one.
                 Some(value) if value.starts_with('-') => words.push(format!("--{name}={value}")),
                 Some(value) => words.extend([format!("--{name}"), value.clone()]),
             }
@@ -156,13 +156,13 @@ impl fmt::Display for Invocation {
     }
 }
 
-/// A word quoted for POSIX shells where it has to be.
+/// A word, quoted for POSIX shells if needed.
 fn quoted(word: &str) -> Cow<'_, str> {
     fn quote(word: &str) -> Cow<'_, str> {
         // Only a zero byte cannot be quoted, and no operating system passes one to a program.
         shlex::try_quote(word).unwrap_or_default()
     }
-    // `shlex` quotes every `=`. It has a meaning to shells only in the first word and at the start of one.
+    // `shlex` quotes every `=`. Shells interpret it only in the first word and at the start of a word.
     let is_plain = |part: &str| part.is_empty() || matches!(quote(part), Cow::Borrowed(_));
     if !word.starts_with('=') && word.contains('=') && word.split('=').all(is_plain) {
         return Cow::Borrowed(word);
@@ -170,7 +170,7 @@ fn quoted(word: &str) -> Cow<'_, str> {
     quote(word)
 }
 
-/// Why a text is no command line of the project: one sentence.
+/// Why a text is not a command line of the project: one sentence.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct InvocationError(pub String);
@@ -185,7 +185,7 @@ impl FromStr for Invocation {
             ["cargo", "xtask", _, ..] => 3,
             _ => {
                 return Err(InvocationError(format!(
-                    "{text} is no command of Halflight: begin with evaluator COMMAND or cargo xtask COMMAND"
+                    "{text} is not a command of Halflight: begin with evaluator COMMAND or cargo xtask COMMAND"
                 )));
             }
         };
@@ -261,7 +261,7 @@ mod tests {
     fn other_texts_are_refused_with_a_sentence() {
         for text in ["", "evaluator", "rm -rf .", "evaluator render --out 'a", "evaluator plan --json x y"] {
             let refused = text.parse::<Invocation>();
-            // A word after an option is its value, as `x` here; the next one has no name.
+            // A word after an option is its value, like `x` here. The next word has no option.
             assert!(refused.is_err(), "{text}: {refused:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! The techniques: each is one module here and one folder of WGSL, and a line in [`TECHNIQUES`].
+//! The techniques. Each one is a module here, a folder of WGSL, and an entry of [`TECHNIQUES`].
 
 pub mod bitmask;
 pub mod exhaustive;
@@ -19,7 +19,7 @@ use halflight_renderer::{
     parameters::{Parameter, Settings, SettingsError},
 };
 
-/// Every technique.
+/// All techniques.
 pub static TECHNIQUES: &[Technique] = &[
     hierarchical::TECHNIQUE,
     bitmask::TECHNIQUE,
@@ -34,10 +34,10 @@ pub static TECHNIQUES: &[Technique] = &[
     NONE,
 ];
 
-/// No indirect light at all: what every technique has to beat.
+/// No indirect light: the baseline that every technique has to beat.
 const NONE: Technique = Technique {
     name: "none",
-    summary: "no indirect light: the error that every technique starts from",
+    summary: "no indirect light: the baseline of every technique",
     parameters: Vec::new,
     complete: |_| Ok(Settings::new()),
     needs: |_| Ok(GBufferNeeds::NONE),
@@ -57,7 +57,7 @@ pub fn technique(name: &str) -> Result<&'static Technique, SettingsError> {
     })
 }
 
-/// What any technique with these settings needs of the G-buffer: for a scene whose technique is chosen later.
+/// G-buffer channels that any technique with these settings needs, for a scene whose technique is chosen later.
 ///
 /// # Errors
 /// A setting that its declaration does not allow.
@@ -72,9 +72,43 @@ pub fn needs_of_any(settings: &Settings) -> Result<GBufferNeeds, SettingsError> 
     })
 }
 
-/// Every parameter that takes effect with a technique: its own and those of direct light.
+/// All parameters of a technique: its own and those of direct light.
 pub fn parameters_of(technique: &Technique) -> Vec<Parameter> {
     let mut all = (technique.parameters)();
     all.extend(DirectLight::parameters());
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use halflight_renderer::gi::{Spacing, UpsamplingKernel};
+    use halflight_shared_shaders::SHADERS;
+
+    use crate::{bitmask::Ambient, hierarchical::GlossyImportance};
+
+    /// Shaders receive choices as numbers. Their names for these numbers must have the values of the Rust enums.
+    #[test]
+    fn constants_of_choices_have_the_same_values_in_wgsl() {
+        for (name, value) in [
+            ("SPACING_CONSTANT", Spacing::Constant as u32),
+            ("KERNEL_NEAREST", UpsamplingKernel::Nearest as u32),
+            ("KERNEL_LINEAR", UpsamplingKernel::Linear as u32),
+            ("KERNEL_SPLINE", UpsamplingKernel::Spline as u32),
+            ("AMBIENT_NORMAL", Ambient::Normal as u32),
+            ("AMBIENT_BENT_NORMAL", Ambient::BentNormal as u32),
+            ("AMBIENT_BITMASK", Ambient::Bitmask as u32),
+            ("IMPORTANCE_OF_2010", GlossyImportance::Paper as u32),
+            ("IMPORTANCE_OF_LOBE", GlossyImportance::Lobe as u32),
+        ] {
+            let mut shaders = 0;
+            for shader in SHADERS {
+                let declaration = format!("{name}: u32 = ");
+                let Some((_, rest)) = shader.source.split_once(&declaration) else { continue };
+                let number = rest.split([';', 'u']).next().unwrap_or_default();
+                assert_eq!(number.parse(), Ok(value), "{name} in {}", shader.name);
+                shaders += 1;
+            }
+            assert!(shaders > 0, "no shader declares {name}");
+        }
+    }
 }

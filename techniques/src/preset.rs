@@ -20,7 +20,7 @@ use toml::de::DeValue;
 use halflight_renderer::gi::Technique;
 use halflight_renderer::parameters::{Parameter, Settings, Value};
 
-/// A technique with settings; those that are missing have their defaults.
+/// A technique with settings. Missing settings have their defaults.
 #[derive(Clone, Debug)]
 pub struct Preset {
     /// The technique.
@@ -30,10 +30,10 @@ pub struct Preset {
 }
 
 impl Preset {
-    /// Reads a preset file; `path` is for messages.
+    /// Reads a preset file. `path` is for messages.
     ///
     /// # Errors
-    /// One sentence with file, line, key and the mend.
+    /// One sentence with file, line, key and the fix.
     pub fn read(path: &Path, text: &str) -> Result<Self, SceneError> {
         let source = Source { path, text };
         let document = source.parse()?;
@@ -49,17 +49,17 @@ impl Preset {
         Ok(Self { technique, settings })
     }
 
-    /// The file that reads back as this preset.
+    /// The text of a file that reads back as this preset.
     pub fn to_toml(&self) -> String {
         let mut text = format!("technique = \"{}\"\n\n[settings]\n", self.technique.name);
         let own = format!("{}.", self.technique.name);
         for (key, value) in &self.settings {
-            // Only settings of another owner, such as direct light, need their full name; TOML quotes its dot.
+            // Only settings of another owner, such as direct light, need their full name. TOML quotes the dot.
             let key = key.strip_prefix(&own).map_or_else(|| format!("\"{key}\""), str::to_owned);
             // Writing to a String cannot fail.
             let _ = match value {
                 Value::Text(name) => writeln!(text, "{key} = \"{name}\""),
-                // Debug keeps the point of a whole number: 20.0, not 20.
+                // Debug keeps the decimal point of a whole number: 20.0, not 20.
                 Value::Float(number) => writeln!(text, "{key} = {number:?}"),
                 other => writeln!(text, "{key} = {other}"),
             };
@@ -68,10 +68,10 @@ impl Preset {
     }
 }
 
-/// The declaration that a key of a file means: `samples` or `hierarchical.samples`.
+/// The declaration of a key in a file: `samples` or `hierarchical.samples`.
 ///
 /// # Errors
-/// Where there is no such parameter: file, line and the nearest name.
+/// If there is no such parameter: file, line and the nearest name.
 pub fn declaration<'a>(
     source: Source,
     technique: &Technique,
@@ -91,7 +91,7 @@ pub fn declaration<'a>(
 /// A value of a file, checked against its declaration.
 ///
 /// # Errors
-/// Where it is out of range: file, line and what to give instead.
+/// If it is out of range: file, line and the allowed values.
 pub fn check(source: Source, parameter: &Parameter, value: &TomlValue) -> Result<Value, SceneError> {
     let read = match value.get_ref() {
         DeValue::String(text) => Some(Value::Text(text.to_string())),

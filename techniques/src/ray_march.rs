@@ -1,5 +1,5 @@
-//! Screen-space ray marching: a few rays a pixel, stepped along the screen until they are behind what is seen. The
-//! baseline of the visibility bitmask for noise (Therrien et al. 2023, Figure 15: 2 rays of 16 steps).
+//! Screen-space ray marching: a few rays per pixel advance along the screen until they are behind the visible surface.
+//! It is the baseline of the visibility bitmask for noise (Therrien et al. 2023, Figure 15: 2 rays of 16 steps).
 
 use halflight_frame_graph::{FramePlan, ResourceId};
 use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
@@ -19,31 +19,32 @@ use halflight_shared_shaders::{
 parameters! {
     /// Parameters of ray marching on the screen.
     pub struct RayMarch("ray-march") {
-        /// What is found: light, or openness alone.
+        /// Result: indirect light, or ambient visibility alone.
         finds: Finds = Finds::Light, unit "", grid [Finds::Light, Finds::Occlusion], role Plan;
-        /// Radius within which surfaces count; 0 for all of the screen.
+        /// Radius of occluders and senders; 0 for the whole screen.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0, 1.0, 4.0], role Uniform;
-        /// Thickness of everything that is seen, away from the eye, wherever it is.
+        /// Thickness of every surface, away from the eye.
         thickness: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.1, 0.25, 0.5, 1.0], role Uniform;
-        /// What distance adds to the thickness, for each unit of depth: it has no unit, so the default suits scenes of any size.
+        /// Additional thickness per unit of depth. It has no unit, so the default suits scenes of any size.
         thickness_slope: f32 = 0.03, in 0.0..=10.0, unit "1", grid [0.0, 0.03], role Uniform;
-        /// Rays of a pixel: noise falls with their square root, cost rises with them.
+        /// Rays per pixel. Noise decreases with the square root, cost is proportional.
         rays: u32 = 2, in 1..=256, unit "1", grid [1, 2, 4], role Override;
-        /// Steps of a ray.
+        /// Steps per ray.
         steps: u32 = 16, in 1..=256, unit "1", grid [8, 16, 32], role Override;
-        /// How steps are spread: constant, or exponential with more of them nearby.
+        /// Spacing of the steps: constant, or exponential with more steps near the receiver.
         spacing: Spacing = Spacing::Exponential, unit "",
         grid [Spacing::Constant, Spacing::Exponential], role Override;
-        /// Resolution of the gather: half costs a quarter and blurs.
+        /// Resolution of the gather. Half costs a quarter and blurs.
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
-        /// Passes of the spatial filter, each of 3x3 taps twice as far apart as before; 0 for none.
+        /// Passes of the spatial filter, each of 3x3 taps at twice the previous distance; 0 for none.
         denoise: u32 = 1, in 0..=4, unit "1", grid [0, 1, 2], role Plan;
-        /// Storage of light at full resolution where it was gathered at half: float16 has half the bytes and clamps at 65,504.
+        /// Storage of light at full resolution after a gather at half resolution. float16 has half the bytes and clamps
+        /// at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
     }
 }
 
-/// See the module.
+/// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: RayMarch::TECHNIQUE,
     summary: "rays marched through the depth buffer (Sousa et al. 2011)",

@@ -1,4 +1,5 @@
-//! Screen-space ambient occlusion (Mittring 2007): the share of points around a surface that nothing seen hides.
+//! Screen-space ambient occlusion (Mittring 2007). The result is ambient visibility (1 = open; occlusion is 1 minus
+//! it): the share of points around a surface that no visible surface occludes.
 
 use halflight_shared_shaders::ssao::gather::{self, Gather};
 use wgpu::TextureFormat as Format;
@@ -17,7 +18,8 @@ use halflight_renderer::{
 parameters! {
     /// Parameters of screen-space ambient occlusion.
     pub struct Ssao("ssao") {
-        /// Resolution of the gather: its cost falls with the square, detail with it.
+        /// Resolution of the gather. Its cost is proportional to the number of pixels, and coarse resolutions lose
+        /// detail.
         start_resolution: StartResolution = StartResolution::Full, unit "",
         grid [StartResolution::Full, StartResolution::Half], role Plan;
         /// Samples of the hemisphere.
@@ -27,10 +29,10 @@ parameters! {
     }
 }
 
-/// See the module.
+/// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Ssao::TECHNIQUE,
-    summary: "screen-space ambient occlusion (Mittring 2007): openness alone, no light",
+    summary: "screen-space ambient occlusion (Mittring 2007): ambient visibility alone, no light",
     parameters: Ssao::parameters,
     complete: |settings| Ok(Ssao::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
@@ -41,16 +43,14 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let parameters = Ssao::from_settings(settings)?;
     let radius = inputs.nearby(parameters.radius, Ssao::TECHNIQUE)?;
     let level = pyramid(plan, inputs, false, parameters.start_resolution.divisor(), 0).remove(0);
-    let gathered = plan.texture("gathered", level.size, Format::R32Float, "openness at the start resolution");
+    let gathered = plan.texture("gathered", level.size, Format::R32Float, "ambient visibility at the start resolution");
     let run = Gather {
         surfels: level.surfels,
         gathered,
         params: gather::Params { scale: level.scale as f32, radius },
         constants: gather::Constants { samples: parameters.samples },
     };
-    plan.pass(Part::Technique, "gather", run)
-        .because("points that what is seen hides close the hemisphere")
-        .over(level.size);
+    plan.pass(Part::Technique, "gather", run).because("occluded points reduce ambient visibility").over(level.size);
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: Storage::Float32 };
     let open = to_display(plan, inputs, &upsampling, &level, gathered, "ambient_occlusion");
     plan.outputs.insert("ambient_occlusion", open);

@@ -1,5 +1,5 @@
-//! Screen-space directional occlusion, its indirect light (Ritschel et al. 2009): points inside a hemisphere that what is
-//! seen hides are lit by it.
+//! Screen-space directional occlusion, its indirect light (Ritschel et al. 2009): visible surfaces that occlude points
+//! of a hemisphere light the receiver.
 
 use halflight_shared_shaders::ssdo::gather::{self, Gather};
 use wgpu::TextureFormat as Format;
@@ -19,10 +19,11 @@ use halflight_renderer::{
 parameters! {
     /// Parameters of screen-space directional occlusion.
     pub struct Ssdo("ssdo") {
-        /// Weights: published, without units; radiometric, each sample as its share of the disc under the hemisphere.
+        /// Weights: published, without units; radiometric, each sample by its share of the disc below the hemisphere.
         weighting: Weighting = Weighting::Radiometric, unit "",
         grid [Weighting::Published, Weighting::Radiometric], role Override;
-        /// Resolution of the gather: its cost falls with the square, detail with it.
+        /// Resolution of the gather. Its cost is proportional to the number of pixels, and coarse resolutions lose
+        /// detail.
         start_resolution: StartResolution = StartResolution::Quarter, unit "",
         grid [StartResolution::Half, StartResolution::Quarter], role Plan;
         /// Samples of the hemisphere.
@@ -31,12 +32,12 @@ parameters! {
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
         /// Brightness of the published weighting.
         intensity: f32 = 1.0, in 0.0..=1e9, unit "1", grid [1.0], role Uniform;
-        /// Storage of light at full resolution: float16 has half the bytes and clamps at 65,504.
+        /// Storage of light at full resolution. float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
     }
 }
 
-/// See the module.
+/// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Ssdo::TECHNIQUE,
     summary: "indirect light of screen-space directional occlusion (Ritschel et al. 2009)",
@@ -61,7 +62,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         },
     };
     plan.pass(Part::Technique, "gather", run)
-        .because("what hides points of the hemisphere sends light")
+        .because("surfaces that occlude points of the hemisphere light the receiver")
         .over(level.size);
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
     Ok(Some(to_display(plan, inputs, &upsampling, &level, gathered, "indirect")))

@@ -5,7 +5,7 @@ use halflight_evaluator::experiment::session::Session;
 use halflight_frame_graph::{Gpu, Part};
 use halflight_renderer::{
     DirectSource, plan_frame,
-    scene::{light_view, triangles},
+    scene::{shadow_view, triangles},
 };
 use halflight_scenes::{Keyframe, Motion, Scene};
 use halflight_shared_shaders::shadow::shadow_map::ShadowMap;
@@ -21,10 +21,10 @@ fn seen_by_the_light(scene: &Scene, frame: u32) -> Vec<u8> {
     let mut plan = plan_frame(facts, known("none"), &Default::default(), SIZE, DirectSource::Rendered).unwrap();
     let map = plan.texture("map_of_the_test", [MAP; 2], Gpu::DEPTH_FORMAT, "what the light sees");
     let run = ShadowMap {
-        light_view: light_view(&mut plan, 0, &facts.shadow_layers[0]),
+        shadow_view: shadow_view(&mut plan, 0, &facts.shadow_layers[0]),
         vertices: plan.scene_buffer("scene.vertices", "the scene's geometry"),
         alpha_tested: None,
-        moving: facts.moving().then(|| plan.scene_buffer("scene.objects", "objects move")),
+        animated: facts.animated().then(|| plan.scene_buffer("scene.objects", "objects move")),
         triangles: None,
     };
     plan.pass(Part::Technique, "unheard_of", run).because("a new technique reads a light").draw(

@@ -360,6 +360,6 @@ fn the_plan_has_what_scene_and_settings_need() {
     let shader = |scene: &Scene| plan(scene, &[("sources", "lights")]).find("lit_surfaces_0").unwrap().shader.name;
     let mut silent = scene.clone();
     silent.materials[0].receive_only = true;
-    assert_eq!(shader(&scene), "light_views/lit_surfaces");
-    assert_eq!(shader(&silent), "light_views/lit_surfaces+receive_only");
+    assert_eq!(shader(&scene), "reflective_shadow_maps/lit_surfaces");
+    assert_eq!(shader(&silent), "reflective_shadow_maps/lit_surfaces+receive_only");
 }

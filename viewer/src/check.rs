@@ -3,7 +3,7 @@
 use eframe::egui::{Grid, RichText, ScrollArea, Ui};
 use halflight_frame_graph::{
     CompiledGraph, Gpu,
-    scan::{Scan, Scanned},
+    non_finite::{NonFiniteCheck, ValueCounts},
 };
 
 use crate::readback::Reading;
@@ -11,8 +11,8 @@ use crate::readback::Reading;
 /// The check of a side's last frame.
 #[derive(Default)]
 pub struct Check {
-    running: Option<(Scan, Reading)>,
-    results: Option<Vec<Scanned>>,
+    running: Option<(NonFiniteCheck, Reading)>,
+    results: Option<Vec<ValueCounts>>,
 }
 
 impl Check {
@@ -20,14 +20,14 @@ impl Check {
     pub fn step(&mut self, gpu: &Gpu, graph: &CompiledGraph) -> bool {
         if let Some((scan, reading)) = &self.running {
             let Some(bytes) = reading.take() else { return true };
-            self.results = Some(scan.found(&bytes));
+            self.results = Some(scan.counts(&bytes));
             self.running = None;
         }
         if self.results.is_some() {
             return false;
         }
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let scan = Scan::record(gpu, graph, &mut encoder);
+        let scan = NonFiniteCheck::record(gpu, graph, &mut encoder);
         gpu.queue.submit([encoder.finish()]);
         let reading = Reading::of(scan.readable());
         self.running = Some((scan, reading));
@@ -35,13 +35,13 @@ impl Check {
     }
 
     /// One result per texture and buffer, in the order of the plan, once they are known.
-    pub fn results(&self) -> Option<&[Scanned]> {
+    pub fn results(&self) -> Option<&[ValueCounts]> {
         self.results.as_deref()
     }
 }
 
 /// A row per texture and buffer, with errors highlighted.
-pub fn table(ui: &mut Ui, results: Option<&[Scanned]>) {
+pub fn table(ui: &mut Ui, results: Option<&[ValueCounts]>) {
     let Some(results) = results else {
         ui.label("Checking the frame…");
         return;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use halflight_frame_graph::scan::Scanned;
+use halflight_frame_graph::non_finite::ValueCounts;
 use serde::Serialize;
 
 /// A pass.
@@ -52,7 +52,7 @@ pub struct CheckReport {
 
 impl CheckReport {
     /// The report of one result.
-    pub fn of(found: &Scanned) -> Self {
+    pub fn of(found: &ValueCounts) -> Self {
         Self {
             name: found.name.clone(),
             values: found.values,

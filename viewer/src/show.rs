@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use halflight_frame_graph::{
-    CompiledGraph, Externals, FramePlan, Gpu, Part, ResourceId, ResourceKind, scan::largest_number,
+    CompiledGraph, Externals, FramePlan, Gpu, Part, ResourceId, ResourceKind, non_finite::largest_number,
 };
 use halflight_shared_shaders::{
     Call,

@@ -1,7 +1,9 @@
 //! A configuration of a technique that is drawn and measured.
 
 use eframe::egui::Context;
-use halflight_frame_graph::{CompiledGraph, Continuity, Externals, FramePlan, Gpu, Part, ResourceKind, scan::Scanned};
+use halflight_frame_graph::{
+    CompiledGraph, Continuity, Externals, FramePlan, Gpu, Part, ResourceKind, non_finite::ValueCounts,
+};
 use halflight_renderer::{
     parameters::SettingsError,
     plan_frame,
@@ -246,7 +248,7 @@ impl Side {
             motion.write(gpu, &self.graph, &seen);
         } else if self.has_history() {
             seen.frame = self.drawn_frames;
-            seen.continuity = if moved { Continuity::Changing } else { Continuity::Still };
+            seen.continuity = if moved { Continuity::Changing } else { Continuity::Static };
         }
         self.drawn_frames = self.drawn_frames.wrapping_add(1);
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
@@ -328,7 +330,7 @@ impl Side {
     }
 
     /// The results of the NaN/Inf check, once they are known.
-    pub fn check_results(&self) -> Option<&[Scanned]> {
+    pub fn check_results(&self) -> Option<&[ValueCounts]> {
         self.check.results()
     }
 

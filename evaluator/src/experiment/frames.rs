@@ -1,6 +1,6 @@
 //! What the frames of a cell show, how much they differ, and how long they take.
 
-use halflight_frame_graph::{Part, scan::Scanned};
+use halflight_frame_graph::{Part, non_finite::ValueCounts};
 use halflight_native::{NativeGpu, images::Rgb};
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_scenes::Scene;
@@ -151,7 +151,7 @@ pub fn check_textures(all: &[&Frames]) -> Result<(), Error> {
     for frames in all {
         for found in frames.scan()? {
             if found.not_finite() > 0 {
-                let Scanned { name, values, nan, infinite, .. } = found;
+                let ValueCounts { name, values, nan, infinite, .. } = found;
                 return Err(Error::Failed(format!(
                     "{name} holds {nan} NaN and {infinite} infinities among {values} values"
                 )));

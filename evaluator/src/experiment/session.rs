@@ -7,7 +7,7 @@ use std::{
 
 use halflight_frame_graph::{
     CompiledGraph, Continuity, Externals, FramePlan, Gpu, ResourceId, ResourceKind, View,
-    scan::{Scan, Scanned},
+    non_finite::{NonFiniteCheck, ValueCounts},
 };
 use halflight_native::{
     AdapterChoice, NativeGpu,
@@ -209,7 +209,7 @@ impl<'a> Session<'a> {
         let mut view = camera_view(&self.scene.camera, size, self.facts.near);
         view.seed = seed;
         // Between two frames nothing changes unless the scene says so.
-        view.continuity = Continuity::Still;
+        view.continuity = Continuity::Static;
         let recording = CompiledGraph::new(gpu, plan, externals);
         let motion = SceneMotion::new(self.scene, &self.buffers);
         Ok(Frames { gpu, timing: Timing::of(self.native), recording, view, motion })
@@ -277,12 +277,12 @@ impl Frames<'_> {
     ///
     /// # Errors
     /// Where the device was lost.
-    pub fn scan(&self) -> Result<Vec<Scanned>, Error> {
+    pub fn scan(&self) -> Result<Vec<ValueCounts>, Error> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let scan = Scan::record(self.gpu, &self.recording, &mut encoder);
+        let scan = NonFiniteCheck::record(self.gpu, &self.recording, &mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
         let bytes = map(self.gpu, scan.readable()).map_err(|e| Error::Failed(e.to_string()))?;
-        Ok(scan.found(&bytes))
+        Ok(scan.counts(&bytes))
     }
 
     /// The plan's texture of this name; `None` where there is no such texture.

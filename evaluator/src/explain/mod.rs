@@ -25,7 +25,7 @@ use std::path::Path;
 use halflight_metrics::mean;
 use halflight_native::{NativeGpu, cache::Cache, images::Rgb, truth::TruthSource};
 use halflight_renderer::{
-    gi::{Technique, rsm::has_light_views},
+    gi::{Technique, rsm::has_reflective_shadow_maps},
     parameters::{Settings, Value},
     plan_technique_of_scene,
     scene::SceneFacts,
@@ -139,7 +139,7 @@ impl Explanation {
         }
         push(&mut states, "noise", run.converged(&options.settings, Senders::All)?);
         let plan = plan_technique_of_scene(&session.facts, options.technique, &options.settings, options.size);
-        let other_views = has_light_views(&plan.map_err(bad)?);
+        let other_views = has_reflective_shadow_maps(&plan.map_err(bad)?);
         let visible = without_visibility(options.technique, &options.settings).filter(|_| !other_views);
         let open = visible.as_ref().map(|settings| run.converged(settings, Senders::All)).transpose()?;
         if other_views && session.facts.emitters.is_empty() {

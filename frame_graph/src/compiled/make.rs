@@ -1,8 +1,8 @@
-//! What a pass needs before its first frame: pipelines, bind groups, textures and buffers.
+//! Creates what a pass needs: pipelines, bind groups, textures and buffers.
 
 use halflight_shared_shaders::{BindingKind, Shader, Stage};
 
-use super::{Provider, ReadyDraw, ReadyPass, in_turn};
+use super::{Provider, ReadyDraw, ReadyPass, resolve_history};
 use crate::{
     Gpu,
     plan::{Draw, FramePlan, Pass, ResourceId, Work},
@@ -13,7 +13,7 @@ pub(super) struct Maker<'a> {
     pub(super) plan: &'a FramePlan,
     pub(super) textures: &'a [Option<wgpu::Texture>],
     pub(super) buffers: &'a [Option<wgpu::Buffer>],
-    /// Of the display, then of each further view.
+    /// Of the display, then of each additional view.
     pub(super) views: &'a [wgpu::Buffer],
     pub(super) previous: Option<&'a [wgpu::Buffer]>,
     pub(super) scene: Option<&'a dyn Provider>,
@@ -27,11 +27,12 @@ impl Maker<'_> {
                 let entry = shader.entry_points.iter().find(|e| e.name == *entry).unwrap_or(&shader.entry_points[0]);
                 debug_assert_eq!(entry.stage, Stage::Compute);
                 let pipeline = self.gpu.compute_pipeline(shader, entry, &pass.constants);
-                let group =
-                    |turn| self.group(pass, shader, params, turn, |index| pipeline.get_bind_group_layout(index));
+                let group = |ping_pong| {
+                    self.group(pass, shader, params, ping_pong, |index| pipeline.get_bind_group_layout(index))
+                };
                 let first = group(0);
-                let turns = pass.bindings.iter().any(|&(_, id)| in_turn(self.plan, id, 1) != id);
-                let groups = [first.clone(), if turns { group(1) } else { first }];
+                let alternates = pass.bindings.iter().any(|&(_, id)| resolve_history(self.plan, id, 1) != id);
+                let groups = [first.clone(), if alternates { group(1) } else { first }];
                 let workgroups = [size[0].div_ceil(entry.workgroup_size[0]), size[1].div_ceil(entry.workgroup_size[1])];
                 ReadyPass::Compute { pipeline, groups, workgroups }
             }
@@ -83,7 +84,7 @@ impl Maker<'_> {
         pass: &Pass,
         shader: &'static Shader,
         params: Option<&wgpu::Buffer>,
-        turn: usize,
+        ping_pong: usize,
         layout: impl Fn(u32) -> wgpu::BindGroupLayout,
     ) -> Option<wgpu::BindGroup> {
         enum Held {
@@ -96,7 +97,7 @@ impl Maker<'_> {
             .map(|binding| {
                 let id = || {
                     let bound = pass.bindings.iter().find(|(name, _)| *name == binding.name);
-                    let id = bound.map(|&(_, id)| in_turn(self.plan, id, turn));
+                    let id = bound.map(|&(_, id)| resolve_history(self.plan, id, ping_pong));
                     id.unwrap_or_else(|| {
                         panic!("pass {} binds nothing to {} of {}", pass.name, binding.name, shader.name)
                     })
@@ -133,7 +134,7 @@ impl Maker<'_> {
                         Held::Sampler(self.gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                             mag_filter: wgpu::FilterMode::Linear,
                             min_filter: wgpu::FilterMode::Linear,
-                            // Depth is reversed: lit where the receiver is at least as near as the map says.
+                            // Depth is reversed: lit if the receiver is at least as near as the map.
                             compare: comparison.then_some(wgpu::CompareFunction::GreaterEqual),
                             ..Default::default()
                         }))

@@ -1,4 +1,4 @@
-//! What each pass of a frame takes.
+//! Times of the passes of a frame.
 
 use serde::Serialize;
 
@@ -27,7 +27,7 @@ pub(super) struct Timer {
 }
 
 impl Timer {
-    /// For a frame of this many passes; `None` where the device has no timestamps, or not so many.
+    /// Timer for this many passes; `None` if the device has no timestamps, or not so many.
     pub(super) fn new(gpu: &Gpu, passes: usize) -> Option<Self> {
         let nanoseconds = gpu.timestamp_period?;
         let count = 2 * u32::try_from(passes).ok().filter(|&n| n > 0 && 2 * n <= wgpu::QUERY_SET_MAX_QUERIES)?;
@@ -51,7 +51,7 @@ impl Timer {
         })
     }
 
-    /// Times from the bytes of `readable`, which a frame of this plan wrote.
+    /// Times from the bytes of `readable` after a frame of this plan.
     pub(super) fn pass_times(&self, plan: &FramePlan, bytes: &[u8]) -> Vec<PassTime> {
         let ticks: &[[u64; 2]] = bytemuck::cast_slice(bytes);
         plan.passes
@@ -60,7 +60,7 @@ impl Timer {
             .map(|(pass, [begin, end])| PassTime {
                 name: pass.name.clone(),
                 part: pass.part,
-                // A clock that was reset between the two would otherwise give a huge number.
+                // Without this, a clock that was reset in between would give a huge number.
                 milliseconds: end.saturating_sub(*begin) as f64 * f64::from(self.nanoseconds) * 1e-6,
             })
             .collect()

@@ -1,4 +1,4 @@
-//! A plan as text, to read.
+//! A plan as text.
 
 use std::fmt;
 
@@ -14,7 +14,7 @@ impl fmt::Display for Part {
     }
 }
 
-/// What a resource is made of: `1280x720 R32Float`, `data`, `given`.
+/// Kind of a resource: `1280x720 R32Float`, `data`, `given`.
 impl fmt::Display for ResourceKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(&match self {
@@ -38,7 +38,7 @@ pub fn bytes_in_words(bytes: u64) -> String {
     }
 }
 
-/// Passes under the part of the frame that they belong to, then resources with their bytes; the reason beside each.
+/// Lists passes grouped by the part of the frame, then resources with their bytes, each with its reason.
 impl fmt::Display for FramePlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names =

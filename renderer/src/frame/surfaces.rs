@@ -1,4 +1,4 @@
-//! What a technique starts from: G-buffer, shadow maps and direct light.
+//! Inputs of a technique: G-buffer, shadow maps and direct light.
 
 use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId};
 use halflight_scenes::SceneNeeds;
@@ -12,7 +12,7 @@ use wgpu::TextureFormat as Format;
 use super::{DirectSource, SceneFacts};
 use crate::{
     parameters::{Settings, SettingsError},
-    scene::{light_view, shadow_entries, triangles},
+    scene::{shadow_entries, shadow_view, triangles},
 };
 
 pub(super) struct SceneResources {
@@ -35,7 +35,7 @@ fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// What a technique looks up by a pixel's material.
+/// What a technique reads from a pixel's material.
 #[derive(Clone, Copy, Default)]
 pub(super) struct LookedUp {
     pub(super) glossy: bool,
@@ -57,25 +57,24 @@ pub(super) fn plan_gbuffer(
     looked_up: LookedUp,
 ) -> GBuffer {
     let size = plan.display_size;
-    let depth = plan.texture("depth", size, Format::R32Float, "every technique reads it");
-    let normal = plan.texture("normal", size, Format::Rgba16Float, "every technique reads it");
+    let depth = plan.texture("depth", size, Format::R32Float, "input of every technique");
+    let normal = plan.texture("normal", size, Format::Rgba16Float, "input of every technique");
     let albedo = plan.texture("albedo", size, Format::Rgba8UnormSrgb, "reflects direct and indirect light");
     let emitters = needs.emitters && direct == DirectSource::Rendered;
     let material = (emitters || needs.receive_only || looked_up.any()).then(|| {
         let reasons = [
-            (emitters, "the scene has emitters, direct light looks them up"),
-            (needs.receive_only, "some materials only receive light"),
-            (looked_up.glossy, "glossy light looks it up"),
-            (looked_up.translucent, "light that passes translucent surfaces looks it up"),
+            (emitters, "emission of emitters"),
+            (needs.receive_only, "some materials are receive-only"),
+            (looked_up.glossy, "glossy light"),
+            (looked_up.translucent, "translucent light"),
         ];
         let reasons: Vec<_> = reasons.into_iter().filter(|(holds, _)| *holds).map(|(_, reason)| reason).collect();
         plan.texture("material", size, Format::R32Uint, reasons.join("; "))
     });
-    let object = scene
-        .objects
-        .filter(|_| follows)
-        .map(|_| plan.texture("object", size, Format::R32Uint, "objects move, and the temporal filter follows them"));
-    let depth_test = plan.texture("depth_test", size, Gpu::DEPTH_FORMAT, "hidden surfaces");
+    let object = scene.objects.filter(|_| follows).map(|_| {
+        plan.texture("object", size, Format::R32Uint, "objects are animated, and the temporal filter follows them")
+    });
+    let depth_test = plan.texture("depth_test", size, Gpu::DEPTH_FORMAT, "depth test");
     let run = Gbuffer {
         vertices: scene.vertices,
         materials: scene.materials,
@@ -83,12 +82,12 @@ pub(super) fn plan_gbuffer(
         textured: needs.textured,
         texels: scene.texels,
         material_id: material.is_some(),
-        moving: scene.objects,
+        animated: scene.objects,
         object_id: object.is_some(),
     };
     let opaque = gbuffer::Features { alpha_tested: false, ..run.features() }.shader();
     let targets = [Some(depth), Some(normal), Some(albedo), material, object];
-    plan.pass(Part::GBuffer, "gbuffer", run).because("what the camera sees").draw(
+    plan.pass(Part::GBuffer, "gbuffer", run).because("visible surfaces").draw(
         triangles::by_alpha(needs.alpha_tested, opaque),
         targets.into_iter().flatten().collect(),
         (depth_test, 0),
@@ -123,7 +122,7 @@ pub(super) fn plan_direct(
     direct
 }
 
-/// Shadow maps of all lights, and what each of them looks at.
+/// Shadow maps of all lights, and their views.
 #[derive(Clone, Copy)]
 pub(super) struct Shadows {
     maps: ResourceId,
@@ -149,10 +148,10 @@ pub(super) fn plan_shadows(
         let textures = scene.texels.filter(|_| facts.needs.alpha_tested);
         let materials = scene.materials;
         let run = ShadowMap {
-            light_view: light_view(plan, index, layer),
+            shadow_view: shadow_view(plan, index, layer),
             vertices: scene.vertices,
             alpha_tested: textures.map(|texels| shadow_map::AlphaTested { materials, texels }),
-            moving: scene.objects,
+            animated: scene.objects,
             triangles: None,
         };
         let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();

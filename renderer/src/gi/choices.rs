@@ -1,4 +1,4 @@
-//! Choices that several techniques have in common.
+//! Choices that several techniques share.
 
 use crate::choice;
 
@@ -32,43 +32,43 @@ impl StartResolution {
 }
 
 choice! {
-    /// Where light comes from.
+    /// Domains that light comes from.
     pub enum Sources {
-        /// Nearby from the screen, from farther away from the lights' views.
+        /// Near light from the screen, far light from reflective shadow maps.
         Both = "both",
-        /// From the screen alone, within the radius.
+        /// The screen only, within the radius.
         Screen = "screen",
-        /// From the lights' views alone, at any distance.
+        /// Reflective shadow maps only, at any distance.
         Lights = "lights",
     }
 }
 
 choice! {
-    /// How a sample is weighted.
+    /// Weighting of samples.
     pub enum Weighting {
-        /// As printed: a mean without units, made brighter by one intensity.
+        /// As published: a mean without units, scaled by one intensity.
         Published = "published",
-        /// As the area that it stands for: absolute units.
+        /// By the area that a sample stands for: absolute units.
         Radiometric = "radiometric",
     }
 }
 
 choice! {
-    /// What a technique finds.
+    /// Result of a technique.
     pub enum Finds {
-        /// Indirect light, and with it that of the environment through what is open.
+        /// Indirect light, including that of the environment through open directions.
         Light = "light",
-        /// Openness alone, as the output `ambient_occlusion`.
+        /// Ambient visibility alone, as the output `ambient_occlusion`.
         Occlusion = "occlusion",
     }
 }
 
 choice! {
-    /// How steps are spread along a side of a slice.
+    /// Spacing of the steps along a side of a slice.
     pub enum Spacing {
-        /// Evenly.
+        /// Constant.
         Constant = "constant",
-        /// Each longer than the last by the same factor: nearby surfaces get more of them.
+        /// Each step is longer than the last by a constant factor: more steps near the receiver.
         Exponential = "exponential",
     }
 }
@@ -78,7 +78,7 @@ choice! {
     pub enum Resolution {
         /// Every pixel.
         Full = "full",
-        /// Half of width and height, brought back by joint bilateral upsampling.
+        /// Half of width and height, with joint bilateral upsampling.
         Half = "half",
     }
 }
@@ -98,9 +98,9 @@ choice! {
 choice! {
     /// Storage of the images at full resolution.
     pub enum Storage {
-        /// Half the bytes; relative error 5e-4, values over 65,504 are clamped.
+        /// Half the bytes. The relative error is 5e-4, and values above 65,504 are clamped.
         Float16 = "float16",
-        /// Nothing is lost.
+        /// Full precision.
         Float32 = "float32",
     }
 }

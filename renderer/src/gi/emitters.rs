@@ -1,23 +1,23 @@
-//! Surfaces that emit light, as points that stand for their shares of them: area lights on the screen or not.
+//! Points on emitting surfaces, each standing for its share of them: area lights on the screen or not.
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
-use halflight_shared_shaders::light_views::emitters::{self, Emitters};
+use halflight_shared_shaders::reflective_shadow_maps::emitters::{self, Emitters};
 
 use crate::{gi::resolution::Level, scene::SceneFacts};
 
-/// Where the points go: two surfaces each, behind `first` others.
+/// Destination of the points: two surfaces each, after the `first` others.
 pub struct EmitterPoints {
     /// Positions, `array<vec4f>`.
-    pub places: ResourceId,
-    /// Light that they send, `array<vec4u>`.
+    pub positions: ResourceId,
+    /// Packed light, `array<vec4u>`.
     pub lights: ResourceId,
-    /// Surfaces before them in both buffers.
+    /// Number of surfaces before them in both buffers.
     pub first: u32,
     /// Number of points.
     pub points: u32,
 }
 
-/// Plans the points; with `chosen`, in view space and with their importances for receivers of this level.
+/// Plans the points. With `chosen` they are in view space, with importances for receivers of this level.
 pub fn plan_emitter_points(
     plan: &mut FramePlan,
     scene: &SceneFacts,
@@ -28,17 +28,17 @@ pub fn plan_emitter_points(
     let bytes = bytemuck::cast_slice(&scene.emitters).to_vec();
     let emitters_data = plan.data("emitters", bytes, "triangles that emit light");
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
-    let indices = plan.scene_buffer("scene.indices", "its triangles");
+    let indices = plan.scene_buffer("scene.indices", "the scene's indices");
     let materials = plan.scene_buffer("scene.materials", "the scene's materials");
-    let objects = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
     let run = Emitters {
         emitters: emitters_data,
         vertices,
         indices,
         materials,
-        places: to.places,
+        positions: to.positions,
         lights: to.lights,
-        moving: objects,
+        animated: objects,
         chosen: chosen.map(|(importances, receivers)| emitters::Chosen { surfels: receivers.surfels, importances }),
         params: emitters::Params {
             first: to.first,

@@ -1,4 +1,4 @@
-//! What a technique reads.
+//! Inputs of a technique.
 
 use glam::Vec3;
 use halflight_frame_graph::ResourceId;
@@ -8,53 +8,53 @@ use crate::{
     scene::{EmittingTriangle, SceneFacts, ShadowLayer},
 };
 
-/// What a technique reads, all at full resolution.
+/// Inputs of a technique, all at full resolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inputs<'a> {
-    /// Planar view depth, 0 where there is no surface.
+    /// Planar view depth, scene units; 0 without a surface.
     pub depth: ResourceId,
     /// View-space unit normal facing the eye.
     pub normal: ResourceId,
-    /// Radiance after direct light: the source of indirect light.
+    /// Radiance after direct light: the source of indirect light. Receive-only surfaces are black.
     pub direct: ResourceId,
     /// Diffuse reflectance.
     pub albedo: ResourceId,
-    /// What moves, where something does and the temporal filter follows it.
+    /// Animated objects, if the scene has some and the temporal filter follows them.
     pub motion: Option<MotionInputs>,
-    /// Index of each pixel's material, where the plan has glossy light or light that passes translucent surfaces.
+    /// Index of each pixel's material, if the plan has glossy or translucent light.
     pub material: Option<ResourceId>,
-    /// Surfaces that receive light and send none, where the scene has any; `direct` is already without theirs.
+    /// Receive-only surfaces, if the scene has any. `direct` is already without their light.
     pub receive_only: Option<ReceiveOnlyInputs>,
-    /// The scene itself; `None` where only textures are given.
+    /// The scene; `None` if only textures are available.
     pub scene: Option<&'a SceneFacts>,
-    /// Views besides the display's that gather light too, each with its own G-buffer.
+    /// Additional views that gather light, each with its own G-buffer.
     pub extra_views: &'a [ExtraView],
 }
 
-/// Part of the diagonal of the scene's bounding box within which light is nearby, where a setting leaves it open.
+/// Default radius of nearby light, as a share of the diagonal of the scene's bounding box.
 const NEARBY: f32 = 1.0 / 30.0;
 
 impl<'a> Inputs<'a> {
-    /// What the lights of the scene look at; empty in an unlit scene, or without one.
+    /// The shadow map layers of the scene's lights; empty without lights or without a scene.
     pub fn shadow_layers(&self) -> &'a [ShadowLayer] {
         self.scene.map_or(&[], |scene| &scene.shadow_layers)
     }
 
-    /// Triangles of the scene that emit light; empty in a scene that has none, or without one.
+    /// Emitting triangles of the scene; empty without any, or without a scene.
     pub fn emitters(&self) -> &'a [EmittingTriangle] {
         self.scene.map_or(&[], |scene| &scene.emitters)
     }
 
-    /// Whether light may come from elsewhere than the screen: from lights or emitters of the scene. Without a scene it
-    /// may, and who asks for it is told that the scene is missing.
+    /// Whether light may come from off the screen: from lights or emitters of the scene. True without a scene, so that
+    /// the technique reports that the scene is missing.
     pub fn may_be_lit(&self) -> bool {
         self.scene.is_none() || !self.shadow_layers().is_empty() || !self.emitters().is_empty()
     }
 
-    /// The radius within which surfaces are nearby, scene units: this one, or where it is 0 a share of the scene.
+    /// The radius of nearby surfaces, scene units: `radius`, or the default share of the scene if it is 0.
     ///
     /// # Errors
-    /// Where there is no scene to take it from.
+    /// If the radius is 0 and there is no scene.
     pub fn nearby(&self, radius: f32, technique: &str) -> Result<f32, SettingsError> {
         self.length_or_share(radius, &format!("{technique}.radius"))
     }
@@ -65,31 +65,31 @@ impl<'a> Inputs<'a> {
             _ if length > 0.0 => Ok(length),
             Some(SceneFacts { bounds: [low, high], .. }) => Ok(NEARBY * Vec3::from(*high).distance((*low).into())),
             None => Err(SettingsError(format!(
-                "{key} = 0 takes its length from the scene and only textures were given: give a length"
+                "{key} = 0 derives its length from the scene, and only textures were given: give a length"
             ))),
         }
     }
 }
 
-/// Which moving object each pixel shows, and where it was.
+/// The animated object of each pixel, and its motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionInputs {
-    /// Index into `objects`, 0 for what stands still.
+    /// Index into `objects`; 0 for static geometry.
     pub object: ResourceId,
     /// `array<Object>` of common/scene.wgsl.
     pub objects: ResourceId,
 }
 
-/// Which pixels receive light and send none.
+/// The receive-only pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReceiveOnlyInputs {
     /// Index of each pixel's material.
     pub material: ResourceId,
-    /// One word a material: 1 where it only receives.
+    /// One word per material: 1 if it receives light but sends none.
     pub flags: ResourceId,
 }
 
-/// A view of the plan besides the display's, with its G-buffer and direct light.
+/// An additional view of the plan, with its G-buffer and direct light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExtraView {
     /// Index into [`FramePlan::views`](halflight_frame_graph::FramePlan::views).
@@ -107,7 +107,7 @@ pub struct ExtraView {
 }
 
 impl ExtraView {
-    /// What a technique reads to gather in this view; `display` is what it reads for the display's.
+    /// The inputs of a technique in this view. `display` has those of the display.
     pub fn inputs<'a>(&self, display: &Inputs<'a>) -> Inputs<'a> {
         let &Self { depth, normal, direct, albedo, receive_only, .. } = self;
         Inputs {

@@ -1,10 +1,10 @@
-//! What techniques of global illumination share: inputs, reflective shadow maps, voxels of the scene, changes of
-//! resolution, slices, and filters over frames.
+//! Shared parts of the techniques: inputs, reflective shadow maps, scene voxels, resolutions, slices, and temporal
+//! filters.
 
 mod choices;
 pub mod emitters;
-pub mod feedback;
 mod inputs;
+pub mod previous_frame_bounce;
 pub mod resolution;
 pub mod rsm;
 pub mod scene_voxels;

@@ -1,4 +1,4 @@
-//! Changes of resolution, for any technique: surfels of coarser squares, and joint bilateral upsampling back.
+//! Changes of resolution: downsampling to surfels, and joint bilateral upsampling.
 
 use wgpu::TextureFormat as Format;
 
@@ -14,30 +14,30 @@ use halflight_shared_shaders::{
     },
 };
 
-/// Surfaces in squares of some pixels.
+/// The surfaces of one level.
 pub struct Level {
     /// Width and height, texels.
     pub size: [u32; 2],
     /// Width of a texel in full-resolution pixels.
     pub scale: u32,
-    /// Surfels, one a texel.
+    /// Surfels, one per texel.
     pub surfels: ResourceId,
 }
 
-/// Plans surfels of squares `divisor` pixels wide and of `last` coarser levels, each of twice the width, finest first.
-/// With `vote` a square keeps the child that most of its neighbours agree with, otherwise the one nearest to the eye.
+/// Plans surfels `divisor` pixels wide, and `last` coarser levels, each of twice the width, finest first. With `vote` a
+/// texel keeps the child that most of its neighbours support, otherwise the nearest one.
 pub fn pyramid(plan: &mut FramePlan, inputs: &Inputs, vote: bool, divisor: u32, last: u32) -> Vec<Level> {
     pyramid_and_planes(plan, inputs, vote, divisor, last, None)
 }
 
-/// Plans surfels of squares `divisor` pixels wide (1 or 2) and the same surfaces as planes (`common/plane.wgsl`).
+/// Plans surfels `divisor` pixels wide (1 or 2) and the same surfaces as planes (`common/plane.wgsl`).
 pub fn surfels_and_planes(plan: &mut FramePlan, inputs: &Inputs, divisor: u32) -> (Level, ResourceId) {
     let size = plan.display_size.map(|v| v.div_ceil(divisor));
     let planes = plan.texture("planes", size, Format::Rgba32Uint, "surfaces as planes, one fetch a sample");
     (pyramid_and_planes(plan, inputs, false, divisor, 0, Some(planes)).remove(0), planes)
 }
 
-/// As [`pyramid`]; the first pass, at most half resolution, writes `planes`, too.
+/// As [`pyramid`]. The first pass, at half resolution or finer, also writes `planes`.
 fn pyramid_and_planes(
     plan: &mut FramePlan,
     inputs: &Inputs,
@@ -47,8 +47,8 @@ fn pyramid_and_planes(
     planes: Option<ResourceId>,
 ) -> Vec<Level> {
     let mut levels: Vec<Level> = Vec::new();
-    // The finest step reads the G-buffer; every further one halves the one before. A start below half
-    // resolution passes through intermediate steps that are not levels of the gather.
+    // The finest step reads the G-buffer, and every other one halves the previous step. A start below half resolution
+    // has intermediate steps that are not levels of the gather.
     let finest = divisor.min(2);
     let coarsest = divisor << last;
     let mut scale = finest;
@@ -84,7 +84,7 @@ fn pyramid_and_planes(
             }),
         };
         plan.pass(Part::Technique, name, call)
-            .because(if scale < divisor { "leads to the start resolution" } else { "a level of the gather" })
+            .because(if scale < divisor { "intermediate step to the start resolution" } else { "level of the gather" })
             .over(size);
         levels.push(Level { size, scale, surfels });
         scale *= 2;
@@ -93,17 +93,17 @@ fn pyramid_and_planes(
     levels
 }
 
-/// How coarse light is brought to finer texels.
+/// Upsampling of coarse light.
 #[derive(Clone, Copy)]
 pub struct Upsampling {
     /// Kernel of the filter.
     pub kernel: UpsamplingKernel,
-    /// Of what arrives at the display.
+    /// Storage of the result at the display's resolution.
     pub storage: Storage,
 }
 
 impl Upsampling {
-    /// Brings light of the coarse level to texels of the next finer one, `fine`, and adds what that one `gathered`.
+    /// Upsamples light of the coarse level to the next finer one, `fine`, and adds the light that was `gathered` there.
     pub fn combine(
         self,
         coarse: &Level,
@@ -117,10 +117,10 @@ impl Upsampling {
             coarse_indirect,
             indirect,
             float16: false,
-            openness: false,
+            ambient_visibility: false,
             to_display: None,
             surfels: Some(fine.surfels),
-            // A level that gathered nothing binds any texture of the right kind; it is not read.
+            // A level without gathered light binds any texture of the right kind. It is not read.
             gathered: Some(gathered.unwrap_or(coarse_indirect)),
             params: upsample::Params { fine_scale: fine.scale as f32, coarse_scale: coarse.scale as f32 },
             constants: self.constants(coarse, fine.scale, gathered.is_some()),
@@ -132,9 +132,9 @@ impl Upsampling {
     }
 }
 
-/// Brings light of a level to the display, as a texture of this name; where the level is the display's, it is there
-/// already. One number a texel (R32Float) stays one; surfels with the light as radiance (Rgba32Uint) are read as such, with
-/// the linear kernel from half resolution.
+/// Upsamples light of a level to the display, as a texture of this name. Returns the light itself if the level has the
+/// display's resolution. R32Float textures hold one number per texel. Rgba32Uint textures are surfels whose radiance is
+/// the light; from half resolution, with the linear kernel.
 pub fn to_display(
     plan: &mut FramePlan,
     inputs: &Inputs,
@@ -147,16 +147,16 @@ pub fn to_display(
         return light;
     }
     let size = plan.display_size;
-    let openness = plan.resources[light.0].format() == Some(Format::R32Float);
-    // Surfels with the light as radiance.
+    let ambient_visibility = plan.resources[light.0].format() == Some(Format::R32Float);
+    // Surfels whose radiance is the light.
     let packed = plan.resources[light.0].format() == Some(Format::Rgba32Uint);
-    let half = upsampling.storage == Storage::Float16 && !openness;
-    let format = match (openness, half) {
+    let half = upsampling.storage == Storage::Float16 && !ambient_visibility;
+    let format = match (ambient_visibility, half) {
         (true, _) => Format::R32Float,
         (false, true) => Format::Rgba16Float,
         (false, false) => Format::Rgba32Float,
     };
-    let what = if openness { name.replace('_', " ") } else { format!("{name} light") };
+    let what = if ambient_visibility { name.replace('_', " ") } else { format!("{name} light") };
     let display = plan.texture(name, size, format, format!("{what} at full resolution"));
     let pass = if name == "indirect" { "upsample".into() } else { format!("upsample_{name}") };
     let &Inputs { depth, normal, .. } = inputs;
@@ -167,7 +167,7 @@ pub fn to_display(
             depth,
             normal,
             float16: half,
-            openness,
+            ambient_visibility,
             packed,
             coarse_indirect: (!packed).then_some(light),
         };
@@ -181,7 +181,7 @@ pub fn to_display(
         coarse_indirect: light,
         indirect: display,
         float16: half,
-        openness,
+        ambient_visibility,
         to_display: Some(upsample::ToDisplay { depth, normal }),
         surfels: None,
         gathered: None,

@@ -1,5 +1,4 @@
-//! Lights as views: what each light sees, as a reflective shadow map (Dachsbacher & Stamminger 2005), and the few of its
-//! lit surfaces that matter most to what the camera sees.
+//! Reflective shadow maps (Dachsbacher & Stamminger 2005) of all lights, and virtual point lights chosen from them.
 
 use wgpu::TextureFormat as Format;
 
@@ -10,11 +9,11 @@ use crate::{
         resolution::Level,
     },
     parameters::SettingsError,
-    scene::{SceneFacts, ShadowLayer, light_projections, light_view, triangles},
+    scene::{SceneFacts, ShadowLayer, light_projections, shadow_view, triangles},
 };
 use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId};
 use halflight_shared_shaders::{
-    light_views::{
+    reflective_shadow_maps::{
         choose::{self, Choose},
         collect::{self, Collect},
         emitters,
@@ -25,123 +24,125 @@ use halflight_shared_shaders::{
     shadow::shadow_map::{self, ShadowMap},
 };
 
-/// Lit surfaces that stand for all that the lights light.
-pub struct VirtualLights {
-    /// `array<LightSurface>` of `light_views/light_surface.wgsl`, view space.
+/// Virtual point lights that stand for all lit surfaces.
+pub struct VirtualPointLights {
+    /// `array<LightSurface>` of `reflective_shadow_maps/light_surface.wgsl`, view space.
     pub lights: ResourceId,
-    /// Number of lights.
+    /// Number of virtual point lights.
     pub count: u32,
 }
 
-/// A pyramid over the views of all lights.
+/// A pyramid over the reflective shadow maps of all lights.
 pub struct LightPyramid {
-    /// Two `vec4u` a texel, as `light_views/light_pyramid.wgsl` lays them out.
+    /// Two `vec4u` per texel, in the layout of `reflective_shadow_maps/light_pyramid.wgsl`.
     pub texels: ResourceId,
-    /// World to clip space of each view, in the order of [`Inputs::shadow_layers`].
+    /// World to clip space of each map, in the order of [`Inputs::shadow_layers`].
     pub projections: ResourceId,
-    /// Number of views.
+    /// Number of maps.
     pub views: u32,
 }
 
-/// Textures that each view is drawn into, one after another, and what drawing them takes.
-pub struct LightMaps {
+/// A reflective shadow map. All views of lights are drawn into the same textures, one after another.
+pub struct ReflectiveShadowMap {
     /// World position of each texel's surface.
-    pub place: ResourceId,
-    /// Its area, its normal and the radiance that it sends on.
+    pub position: ResourceId,
+    /// Area, normal and reflected radiance of that surface.
     pub light: ResourceId,
     triangles: ResourceId,
     depth: ResourceId,
     size: u32,
 }
 
-/// Needs the scene: an error where only textures were given.
+/// The scene; an error if only textures are available.
 fn scene_of<'a>(inputs: &Inputs<'a>, technique: &str) -> Result<&'a SceneFacts, SettingsError> {
     inputs.scene.ok_or_else(|| {
         SettingsError(format!(
-            "{technique} draws the scene as its lights see it and only textures were given: plan with the facts of a scene"
+            "{technique} draws reflective shadow maps, and only textures were given: plan with the facts of a scene"
         ))
     })
 }
 
-impl LightMaps {
-    /// Plans the textures, `size` texels a side.
+impl ReflectiveShadowMap {
+    /// Plans the textures, `size` texels wide and high.
     pub fn new(plan: &mut FramePlan, size: u32) -> Self {
         let mut map = |name: &str, format, reason: &str| plan.texture(name, [size; 2], format, reason);
         Self {
-            place: map("light_view_place", Format::Rgba32Float, "what a light sees, one after another"),
-            light: map("light_view_light", Format::Rgba32Uint, "what it sends there"),
-            triangles: map("light_view_triangles", Format::R32Uint, "which triangle a light sees"),
-            depth: map("light_view_depth_test", Gpu::DEPTH_FORMAT, "hidden surfaces"),
+            position: map("light_view_place", Format::Rgba32Float, "world positions of a reflective shadow map"),
+            light: map("light_view_light", Format::Rgba32Uint, "light that the map's surfaces reflect"),
+            triangles: map("light_view_triangles", Format::R32Uint, "visible triangles of a reflective shadow map"),
+            depth: map("light_view_depth_test", Gpu::DEPTH_FORMAT, "depth test"),
             size,
         }
     }
 
-    /// Plans one view: which triangle each texel shows, then what that surface sends on.
+    /// Plans the map of one view: the visible triangle of each texel, then the light that its surface reflects.
     fn draw(&self, plan: &mut FramePlan, scene: &SceneFacts, inputs: &Inputs, index: usize, view: &ShadowLayer) {
         let receive_only = inputs.receive_only.map(|surfaces| surfaces.flags);
         let depth = inputs.depth;
         let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
-        let indices = plan.scene_buffer("scene.indices", "its triangles");
-        let corners = plan.scene_buffer("scene.corners", "the numbers of its triangles");
+        let indices = plan.scene_buffer("scene.indices", "the scene's indices");
+        let corners = plan.scene_buffer("scene.corners", "numbers of the scene's triangles");
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
         let lights = plan.scene_buffer("scene.lights", "the scene's lights");
         let texels = (scene.needs.textured || scene.needs.alpha_tested)
             .then(|| plan.scene_buffer("scene.texels", "materials with textures"));
-        let objects = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
-        let light_view = light_view(plan, index, view);
+        let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
+        let shadow_view = shadow_view(plan, index, view);
         let run = ShadowMap {
-            light_view,
+            shadow_view,
             vertices,
             alpha_tested: texels
                 .filter(|_| scene.needs.alpha_tested)
                 .map(|texels| shadow_map::AlphaTested { materials, texels }),
-            moving: objects,
+            animated: objects,
             triangles: Some(corners),
         };
         let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();
-        plan.pass(Part::Technique, format!("light_view_{index}"), run).because("which triangles a light sees").draw(
-            triangles::numbered_by_alpha(scene.needs.alpha_tested, opaque),
-            vec![self.triangles],
-            (self.depth, 0),
-        );
+        plan.pass(Part::Technique, format!("light_view_{index}"), run)
+            .because("visible triangles of a reflective shadow map")
+            .draw(
+                triangles::numbered_by_alpha(scene.needs.alpha_tested, opaque),
+                vec![self.triangles],
+                (self.depth, 0),
+            );
         let run = LitSurfaces {
-            light_view,
+            shadow_view,
             vertices,
             indices,
             materials,
             lights,
             triangles: self.triangles,
-            place: self.place,
+            rsm_position: self.position,
             light: self.light,
             textured: texels.filter(|_| scene.needs.textured),
-            moving: objects,
+            animated: objects,
             receive_only,
             seen: scene.only_seen_surfaces_send.then_some(depth),
         };
         plan.pass(Part::Technique, format!("lit_surfaces_{index}"), run)
-            .because("what a light lights sends light on")
+            .because("lit surfaces reflect light")
             .over([self.size; 2]);
     }
 }
 
-/// Plans maps of `size` texels a side for every light, and after each one what `use_map` makes of it. Nothing in a scene
-/// without lights.
+/// Plans maps of `size` texels a side for every light. `use_map` adds the passes that read a map after it is drawn.
+/// Plans nothing in a scene without lights.
 ///
 /// # Errors
-/// Where only textures were given, without a scene and its lights.
-pub fn plan_light_maps(
+/// If only textures are available, without a scene and its lights.
+pub fn plan_reflective_shadow_maps(
     plan: &mut FramePlan,
     inputs: &Inputs,
     technique: &str,
     size: u32,
-    mut use_map: impl FnMut(&mut FramePlan, &LightMaps, usize, &ShadowLayer),
+    mut use_map: impl FnMut(&mut FramePlan, &ReflectiveShadowMap, usize, &ShadowLayer),
 ) -> Result<(), SettingsError> {
     let scene = scene_of(inputs, technique)?;
     let views = inputs.shadow_layers();
     if views.is_empty() {
         return Ok(());
     }
-    let maps = LightMaps::new(plan, size);
+    let maps = ReflectiveShadowMap::new(plan, size);
     for (index, view) in views.iter().enumerate() {
         maps.draw(plan, scene, inputs, index, view);
         use_map(plan, &maps, index, view);
@@ -149,23 +150,23 @@ pub fn plan_light_maps(
     Ok(())
 }
 
-/// Whether some pass of the plan finds what lights see.
-pub fn has_light_views(plan: &FramePlan) -> bool {
+/// Whether the plan draws reflective shadow maps.
+pub fn has_reflective_shadow_maps(plan: &FramePlan) -> bool {
     let shaders = [lit_surfaces::FILE, emitters::FILE];
     plan.passes.iter().any(|pass| shaders.contains(&pass.shader.file()))
 }
 
-/// Bytes of a buffer that every device binds: WebGPU's default.
+/// Largest storage buffer binding that every device supports: WebGPU's default.
 const LARGEST_BUFFER: u64 = 1 << 27;
 
-/// Points on emitters, for all of them: as many as a light's view has texels that matter.
+/// Number of points on all emitters: as many as a map has texels that matter.
 const EMITTER_POINTS: u32 = 1024;
 
-/// Bytes of a surface in either buffer that holds all of them, and of a virtual light.
+/// Bytes of a surface in each buffer of all surfaces, and of a virtual point light.
 const ENTRY: u64 = 16;
-const VIRTUAL_LIGHT: u64 = 48;
+const VIRTUAL_POINT_LIGHT: u64 = 48;
 
-/// An error where `views` of `size` texels a side have more than `most` texels in all.
+/// An error if `views` maps of `size` texels a side have more than `most` texels in total.
 fn refuse_too_large(technique: &str, size: u32, views: u64, most: u64) -> Result<(), SettingsError> {
     if views * u64::from(size) * u64::from(size) <= most {
         return Ok(());
@@ -184,7 +185,7 @@ const TEXEL: u64 = 32;
 /// scene without lights.
 ///
 /// # Errors
-/// Where only textures were given, without a scene and its lights, or where all views do not fit a buffer.
+/// If only textures are available, without a scene and its lights, or if the maps do not fit a buffer.
 pub fn plan_light_pyramid(
     plan: &mut FramePlan,
     inputs: &Inputs,
@@ -198,41 +199,42 @@ pub fn plan_light_pyramid(
         return Ok(None);
     }
     let views = layers.len() as u32;
-    // Coarser levels have a third as many texels as the finest one at most.
+    // The coarser levels have at most a third as many texels as the finest one.
     refuse_too_large(technique, size, u64::from(views), LARGEST_BUFFER / TEXEL * 3 / 4)?;
     let count: u64 = (0..levels).map(|level| u64::from(views) * u64::from(size >> level).pow(2)).sum();
-    let texels = plan.buffer("light_pyramid", count * TEXEL, "surfaces that the lights light, at several scales");
+    let texels = plan.buffer("light_pyramid", count * TEXEL, "lit surfaces at several scales");
     let projections = light_projections(plan, layers);
-    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, _| {
+    plan_reflective_shadow_maps(plan, inputs, technique, size, |plan, maps, index, _| {
         let params = keep::Params { first: index as u32 * size * size };
-        let run = Keep { place: maps.place, light: maps.light, light_pyramid: texels, params };
+        let run = Keep { rsm_position: maps.position, light: maps.light, light_pyramid: texels, params };
         plan.pass(Part::Technique, format!("keep_{index}"), run)
-            .because("the next view is drawn into the same map")
+            .because("the next map is drawn into the same textures")
             .over([size; 2]);
     })?;
     for level in 1..levels {
         let params = pyramid::Params { size, views, level };
         plan.pass(Part::Technique, format!("light_pyramid_{level}"), Pyramid { light_pyramid: texels, params })
-            .because("what is far away is gathered in coarser texels")
+            .because("far light is gathered in coarser texels")
             .over([size >> level, (size >> level) * views]);
     }
     Ok(Some(LightPyramid { texels, projections, views }))
 }
 
-/// Plans maps of `size` texels a side for every light and chooses `count` of their surfaces by what they bring to
-/// `receivers`; `None` in a scene without lights and emitters. `use_map` plans what else each map is read for.
+/// Plans maps of `size` texels a side for every light and chooses `count` virtual point lights from them by their
+/// contribution to `receivers`; `None` in a scene without lights and emitters. `use_map` adds other passes that read a
+/// map.
 ///
 /// # Errors
-/// Where only textures were given, without a scene and its lights.
-pub fn plan_virtual_lights(
+/// If only textures are available, without a scene and its lights.
+pub fn plan_virtual_point_lights(
     plan: &mut FramePlan,
     inputs: &Inputs,
     technique: &str,
     size: u32,
     count: u32,
     receivers: &Level,
-    mut use_map: impl FnMut(&mut FramePlan, &LightMaps, usize, &ShadowLayer),
-) -> Result<Option<VirtualLights>, SettingsError> {
+    mut use_map: impl FnMut(&mut FramePlan, &ReflectiveShadowMap, usize, &ShadowLayer),
+) -> Result<Option<VirtualPointLights>, SettingsError> {
     let scene = scene_of(inputs, technique)?;
     let layers = inputs.shadow_layers();
     if layers.is_empty() && scene.emitters.is_empty() {
@@ -246,29 +248,41 @@ pub fn plan_virtual_lights(
     let surfaces = of_views + 2 * points;
     let mut buffer =
         |name: &str, entries: u32, bytes: u64, reason: &str| plan.buffer(name, u64::from(entries) * bytes, reason);
-    let places = buffer("lit_places", surfaces, ENTRY, "where the lights' surfaces are");
-    let lights = buffer("lit_radiance", surfaces, ENTRY, "what the lights' surfaces send on");
-    let importances = buffer("importances", surfaces, 4, "what each of them would bring");
-    let chosen = VirtualLights {
-        lights: buffer("virtual_lights", count, VIRTUAL_LIGHT, "surfaces that stand for all of them"),
+    let positions = buffer("lit_places", surfaces, ENTRY, "positions of the lit surfaces");
+    let lights = buffer("lit_radiance", surfaces, ENTRY, "light that the lit surfaces reflect");
+    let importances = buffer("importances", surfaces, 4, "importance of each lit surface");
+    let chosen = VirtualPointLights {
+        lights: buffer("virtual_lights", count, VIRTUAL_POINT_LIGHT, "virtual point lights"),
         count,
     };
-    plan_light_maps(plan, inputs, technique, size, |plan, maps, index, view| {
+    plan_reflective_shadow_maps(plan, inputs, technique, size, |plan, maps, index, view| {
         let params = collect::Params { first: texels * index as u32, scale: receivers.scale as f32 };
-        let &LightMaps { place, light, .. } = maps;
-        let run = Collect { place, light, places, lights, surfels: receivers.surfels, importances, params };
+        let &ReflectiveShadowMap { position, light, .. } = maps;
+        let run = Collect {
+            rsm_position: position,
+            light,
+            positions,
+            lights,
+            surfels: receivers.surfels,
+            importances,
+            params,
+        };
         plan.pass(Part::Technique, format!("collect_{index}"), run)
-            .because("what each surface would bring to what the camera sees")
+            .because("importance of each lit surface for the camera's view")
             .over([size; 2]);
         use_map(plan, maps, index, view);
     })?;
     if points > 0 {
-        let to = EmitterPoints { places, lights, first: of_views, points };
+        let to = EmitterPoints { positions, lights, first: of_views, points };
         plan_emitter_points(plan, scene, &to, Some((importances, receivers)));
     }
     let params = choose::Params { surfaces, chosen: count };
-    plan.pass(Part::Technique, "choose", Choose { importances, places, lights, virtual_lights: chosen.lights, params })
-        .because(format!("{count} surfaces stand for all that are lit"))
-        .over([1, 1]);
+    plan.pass(
+        Part::Technique,
+        "choose",
+        Choose { importances, positions, lights, virtual_point_lights: chosen.lights, params },
+    )
+    .because(format!("{count} virtual point lights stand for all lit surfaces"))
+    .over([1, 1]);
     Ok(Some(chosen))
 }

@@ -1,5 +1,5 @@
-//! A binary grid of cubes over the whole scene, seen or not: what stands between a surface and a light that no camera
-//! sees.
+//! A binary voxel grid over the whole scene, on the screen or not. It holds the occluders between a surface and a light
+//! that no camera sees.
 
 use glam::Vec3;
 
@@ -7,18 +7,18 @@ use crate::scene::SceneFacts;
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_shared_shaders::scene_voxels::fill::{self, Fill};
 
-/// Invocations that share a triangle, at least.
+/// Smallest number of invocations that share a triangle.
 const FEWEST_ROWS: u32 = 8;
-/// `POINTS_A_CUBE` of fill.wgsl.
-const POINTS_A_CUBE: f64 = 1.5;
-/// Points that one invocation sets at most. Software drivers of the Mesa project leave the loops of an invocation after
-/// 65,535 turns, without a word; half of that is for loops around these.
+/// Twin of `POINTS_PER_VOXEL` in fill.wgsl.
+const POINTS_PER_VOXEL: f64 = 1.5;
+/// Largest number of points that one invocation sets. Software drivers of the Mesa project silently end the loops of an
+/// invocation after 65,535 iterations; half of that is reserved for the outer loops.
 const MOST_POINTS: f64 = 32768.0;
 
-/// Invocations that share a triangle, so that the largest one inside the grid is covered by all of them: its sides are no
-/// longer than the grid's diagonal, and it has half of their product of points.
+/// Number of invocations that share a triangle, so that they cover the largest triangle inside the grid. Its sides are
+/// no longer than the grid's diagonal, and it has half of the product of their points.
 fn rows(resolution: u32) -> u32 {
-    let side = 3f64.sqrt() * f64::from(resolution) * POINTS_A_CUBE + 2.0;
+    let side = 3f64.sqrt() * f64::from(resolution) * POINTS_PER_VOXEL + 2.0;
     ((0.5 * side * side / MOST_POINTS).ceil() as u32).next_power_of_two().max(FEWEST_ROWS)
 }
 
@@ -27,51 +27,52 @@ fn rows(resolution: u32) -> u32 {
 pub struct SceneVoxels {
     /// `Grid` of `scene_voxels/grid.wgsl`.
     pub grid: ResourceId,
-    /// One bit a cube.
-    pub cubes: ResourceId,
+    /// One bit per voxel.
+    pub voxels: ResourceId,
 }
 
-/// Plans a grid with `resolution` cubes along the scene's longest side.
+/// Plans a grid with `resolution` voxels along the scene's longest side.
 pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u32) -> SceneVoxels {
     let [low, high] = scene.bounds.map(Vec3::from);
     let longest = (high - low).max_element().max(f32::MIN_POSITIVE * 1e10);
     let width = longest / resolution as f32;
-    // A cube more on each side keeps what lies on the border inside.
-    let cubes = ((high - low) / width).ceil().as_uvec3() + 2;
-    let size = [cubes.x.next_multiple_of(32), cubes.y, cubes.z];
-    // No wall of the bounding box lies on a border between cubes, where rounding would choose one.
+    // One more voxel on each side keeps surfaces on the boundary inside.
+    let voxels = ((high - low) / width).ceil().as_uvec3() + 2;
+    let size = [voxels.x.next_multiple_of(32), voxels.y, voxels.z];
+    // No side of the bounding box lies on a voxel boundary, where rounding would decide.
     let origin = low - 0.63 * width;
     let words: [u32; 8] =
         [origin.x.to_bits(), origin.y.to_bits(), origin.z.to_bits(), width.to_bits(), size[0], size[1], size[2], 0];
-    let grid = plan.data("scene_grid", bytemuck::cast_slice(&words).to_vec(), "where the cubes are");
+    let grid = plan.data("scene_grid", bytemuck::cast_slice(&words).to_vec(), "position and size of the voxel grid");
     let bytes = size.map(u64::from).iter().product::<u64>() / 8;
-    let bits = plan.buffer("scene_cubes", bytes, format!("{} x {} x {} cubes, a bit each", size[0], size[1], size[2]));
+    let bits =
+        plan.buffer("scene_cubes", bytes, format!("{} x {} x {} voxels, one bit each", size[0], size[1], size[2]));
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
-    let indices = plan.scene_buffer("scene.indices", "its triangles");
+    let indices = plan.scene_buffer("scene.indices", "the scene's indices");
     let alpha_tested = scene.needs.alpha_tested.then(|| {
         let [materials, texels] =
-            ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"));
+            ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "alpha-masked surfaces"));
         fill::AlphaTested { materials, texels }
     });
-    let moving = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let animated = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
     let rows = rows(resolution);
     let constants = fill::Constants { rows };
     plan.pass(
         Part::Technique,
         "scene_voxels",
-        Fill { grid, vertices, indices, cubes: bits, alpha_tested, moving, constants },
+        Fill { grid, vertices, indices, voxels: bits, alpha_tested, animated, constants },
     )
     .clear(bits)
-    .once(!scene.moving())
-    .because(match scene.moving() {
-        true => "what stands between surfaces, on the screen or not",
-        false => "what stands between surfaces, on the screen or not; once, as nothing moves",
+    .once(!scene.animated())
+    .because(match scene.animated() {
+        true => "occluders, on the screen or not",
+        false => "occluders, on the screen or not; once, because the scene is static",
     })
     .over([scene.triangles.max(1), rows]);
-    SceneVoxels { grid, cubes: bits }
+    SceneVoxels { grid, voxels: bits }
 }
 
-/// Whether some pass of the plan fills such a grid.
+/// Whether the plan fills a voxel grid of the scene.
 pub fn has_scene_voxels(plan: &FramePlan) -> bool {
     plan.passes.iter().any(|pass| pass.shader.file() == fill::FILE)
 }

@@ -1,4 +1,4 @@
-//! The temporal filter (Soler & Hoel 2010, Equation 6): a pass that any technique may add behind its own.
+//! The temporal filter (Soler & Hoel 2010, Equation 6): a pass that any technique may add.
 
 use wgpu::TextureFormat as Format;
 
@@ -6,20 +6,20 @@ use crate::gi::{Inputs, MotionInputs};
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_shared_shaders::temporal::{self, Temporal};
 
-/// What of an old image is left, at most, when a still picture begins to average without end.
+/// Largest remaining share of an old image when a static image begins to average without limit.
 const SETTLED: f32 = 1.0 / 256.0;
 
-/// Frames after which a share `left` of what was there remains in an average with weight `a`, 0..1; the half-life
-/// for a share of a half: ln 2 / -ln a.
+/// Number of frames after which a share `left` of old light remains in an average with weight `a`, 0..1. For a share of
+/// one half this is the half-life: ln 2 / -ln a.
 pub fn frames_until(a: f32, left: f32) -> f32 {
     if a > 0.0 { left.ln() / a.ln() } else { 0.0 }
 }
 
-/// Adds the filter behind a technique that left `indirect` (at full resolution) and returns the filtered light;
-/// adds nothing, and returns what it was given, where `a` is 0 or there is no light.
+/// Adds the filter after a technique that returned `indirect` (at full resolution), and returns the filtered light.
+/// Adds nothing and returns its input if `a` is 0 or there is no light.
 ///
-/// A pass and a history: what was seen, depth and normal with it, in one texel of 128 bits. Where objects
-/// move, it follows them through `inputs.motion`.
+/// It consists of a pass and a history: the light, with depth and normal, in one texel of 128 bits. If objects are
+/// animated, it follows them through `inputs.motion`.
 pub fn temporal_filter(
     plan: &mut FramePlan,
     inputs: &Inputs,
@@ -30,8 +30,8 @@ pub fn temporal_filter(
     Some(filter(plan, inputs, light, a, None))
 }
 
-/// As [`temporal_filter`] for the light of mirror lobes, with a history of its own: a counts fewer frames the narrower a
-/// lobe is, because the narrower it is the faster its light changes. `material` is each pixel's.
+/// As [`temporal_filter`] for the light of mirror lobes, with a separate history. Fewer frames are averaged for
+/// narrower lobes, because their light changes faster. `material` is that of each pixel.
 pub fn temporal_filter_of_gloss(
     plan: &mut FramePlan,
     inputs: &Inputs,
@@ -56,8 +56,7 @@ fn filter(
     let size = plan.display_size;
     let half = plan.resources[light.0].format() == Some(Format::Rgba16Float);
     let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
-    let history =
-        plan.history(&format!("history{of}"), size, Format::Rgba32Uint, "light and surfaces that the filter remembers");
+    let history = plan.history(&format!("history{of}"), size, Format::Rgba32Uint, "history of the temporal filter");
     let filtered = plan.texture(format!("filtered{of}"), size, format, "indirect light, averaged over frames");
     let run = Temporal {
         depth: inputs.depth,
@@ -67,7 +66,7 @@ fn filter(
         history: history.now,
         filtered,
         float16: half,
-        moving: inputs.motion.map(|MotionInputs { object, objects }| temporal::Moving { object, objects }),
+        animated: inputs.motion.map(|MotionInputs { object, objects }| temporal::Animated { object, objects }),
         glossy: material.map(|material| temporal::Glossy {
             material,
             materials: plan.scene_buffer("scene.materials", "glossy materials"),

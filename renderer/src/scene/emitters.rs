@@ -1,20 +1,21 @@
-//! Triangles of a scene that emit light.
+//! Emitting triangles of a scene.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use halflight_scenes::Scene;
 
-/// A triangle that emits light. Twin of an element of `emitters` in `light_views/emitters.wgsl`.
+/// A triangle that emits light. Twin of an element of `emitters` in `reflective_shadow_maps/emitters.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct EmittingTriangle {
-    /// Power of this triangle and all before it, of all that emit: 0..1. At rest: what moves keeps its share.
+    /// Cumulative power up to and including this triangle, relative to the total: 0..1. Evaluated at rest; animated
+    /// triangles keep their share.
     pub power_up_to: f32,
-    /// Place of its first corner in the scene's indices.
+    /// Index of its first corner in the scene's indices.
     pub first_index: u32,
 }
 
-/// Triangles that emit light and send it on, in the order of the scene's indices.
+/// Triangles that emit light and are not receive-only, in the order of the scene's indices.
 pub(crate) fn emitting_triangles(scene: &Scene) -> Vec<EmittingTriangle> {
     let mut found = Vec::new();
     let mut sum = 0.0f64;

@@ -1,4 +1,4 @@
-//! What a plan has to know of a scene.
+//! Facts about a scene that a plan needs, without geometry or device.
 
 use halflight_scenes::{Camera, Scene, SceneNeeds};
 
@@ -8,25 +8,25 @@ use super::{
     shadow::{shadow_bounds, shadow_layers},
 };
 
-/// Facts about a scene that a plan starts from; no geometry and no device.
+/// Facts about a scene that a plan needs, without geometry or device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneFacts {
-    /// What the scene requires.
+    /// Features that the scene requires.
     pub needs: SceneNeeds,
-    /// What its shadow maps look at, in the first frame.
+    /// Its shadow map layers in the first frame.
     pub shadow_layers: Vec<ShadowLayer>,
-    /// One word a material: 1 where it receives indirect light and sends none. Empty where none does.
+    /// One word per material: 1 if it receives indirect light but sends none. Empty if no material does.
     pub receive_only: Vec<u32>,
-    /// Cameras that see light which the display's does not.
+    /// Extra cameras, which see light that the display's camera does not.
     pub extra_cameras: Vec<Camera>,
-    /// Near plane for its cameras, scene units.
+    /// Near plane of its cameras, scene units.
     pub near: f32,
     /// Lower and upper corner of its bounding box, over all frames, world space; a unit cube for an empty scene.
     pub bounds: [[f32; 3]; 2],
     /// Number of triangles.
     pub triangles: u32,
-    /// Leave in the lights' views only those surfaces that the camera sees; to tell an error of light from the screen from one
-    /// of light from elsewhere.
+    /// Whether only surfaces that the camera sees send light in reflective shadow maps. Used to separate errors of
+    /// light from the screen from errors of light from off the screen.
     pub only_seen_surfaces_send: bool,
     /// Triangles that emit light and send it on.
     pub emitters: Vec<EmittingTriangle>,
@@ -37,8 +37,7 @@ impl SceneFacts {
     pub fn of(scene: &Scene) -> Self {
         let bounds = scene.swept_bounds();
         let diagonal = bounds.map_or(1.0, |(low, high)| (high - low).length());
-        // Reversed depth is as precise near the eye as far away, so the near plane may be close; it
-        // only has to stay clear of zero.
+        // Reversed depth is precise at all distances, so the near plane may be close. It only has to stay above zero.
         let near = (diagonal * 1e-4).max(f32::MIN_POSITIVE * 1e10);
         let bounds = bounds.map_or([[0.0; 3], [1.0; 3]], |(low, high)| [low.to_array(), high.to_array()]);
         let needs = SceneNeeds::of(scene);
@@ -61,18 +60,18 @@ impl SceneFacts {
         }
     }
 
-    /// Whether some mesh moves.
-    pub fn moving(&self) -> bool {
+    /// Whether some mesh is animated.
+    pub fn animated(&self) -> bool {
         self.needs.moving_objects > 0
     }
 
-    /// Whether some mesh encloses solid matter.
+    /// Whether some mesh is solid (encloses a volume).
     pub fn solid_meshes(&self) -> bool {
         self.needs.watertight_meshes > 0
     }
 
-    /// Whether some mesh does not, and is not alpha-masked.
+    /// Whether some mesh is neither solid nor alpha-masked.
     pub fn open_meshes(&self) -> bool {
-        self.needs.open_meshes > self.needs.cut_out_meshes
+        self.needs.open_meshes > self.needs.alpha_masked_meshes
     }
 }

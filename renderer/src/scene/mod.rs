@@ -1,23 +1,26 @@
-//! A scene on a device: its buffers, what its lights look at, what moves in it, and the facts that plans start from.
+//! A scene on a device: buffers, shadow views, animation, and the facts that plans need.
 
 mod buffers;
 mod emitters;
+mod environment;
 mod facts;
-mod light_views;
 mod motion;
+mod numbered_triangles;
 pub(crate) mod shadow;
+mod shadow_views;
+pub(crate) mod texel_pool;
 
 pub use buffers::{SceneBuffers, triangles};
 pub use emitters::EmittingTriangle;
 pub use facts::SceneFacts;
-pub use light_views::{light_projections, light_view, shadow_entries};
 pub use motion::SceneMotion;
 pub use shadow::ShadowLayer;
+pub use shadow_views::{light_projections, shadow_entries, shadow_view};
 
 use halflight_frame_graph::View;
 use halflight_scenes::Camera;
 
-/// The first frame seen by a camera. `near` is in scene units.
+/// The first frame of a camera. `near` is in scene units.
 pub fn camera_view(camera: &Camera, display_size: [u32; 2], near: f32) -> View {
     let [width, height] = display_size;
     View::new(camera.view_matrix(), camera.tan_half_fov(width, height), display_size, near)

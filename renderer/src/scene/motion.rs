@@ -1,4 +1,4 @@
-//! A moving scene on a device: what each frame has to write before it is recorded.
+//! Updates of an animated scene before each frame.
 
 use glam::{Mat4, Vec3};
 use halflight_frame_graph::{CompiledGraph, Continuity, Gpu, View};
@@ -6,11 +6,11 @@ use halflight_scenes::Scene;
 
 use super::{
     buffers::{Object, SceneBuffers, lights},
-    light_views,
     shadow::{shadow_bounds, shadow_layers},
+    shadow_views,
 };
 
-/// The moving parts of a scene that was uploaded.
+/// The animated parts of an uploaded scene.
 pub struct SceneMotion<'a> {
     scene: &'a Scene,
     bounds: (Vec3, Vec3),
@@ -19,7 +19,7 @@ pub struct SceneMotion<'a> {
 }
 
 impl<'a> SceneMotion<'a> {
-    /// What moves in this scene; `None` where nothing does, and then no frame has anything to write.
+    /// The animated parts of this scene; `None` if nothing is animated.
     pub fn new(scene: &'a Scene, buffers: &SceneBuffers) -> Option<Self> {
         let moves = &scene.moves;
         (!moves.is_empty()).then(|| Self {
@@ -30,24 +30,24 @@ impl<'a> SceneMotion<'a> {
         })
     }
 
-    /// Brings `view` to where the scene's camera is at `view.frame`, and says whether it got there by a cut or
-    /// whether nothing moved since the frame before.
+    /// Sets `view` to the scene's camera at `view.frame`, and its continuity: a cut, a change, or nothing changed since
+    /// the previous frame.
     pub fn place(&self, view: &mut View) {
         let pose = self.scene.pose(view.frame);
         view.world_to_view = pose.camera.view_matrix();
         let still = view.frame > 0 && pose == self.scene.pose(view.frame - 1);
         view.continuity = match (pose.cut, still) {
             (true, _) => Continuity::Cut,
-            (_, true) => Continuity::Still,
+            (_, true) => Continuity::Static,
             _ => Continuity::Changing,
         };
     }
 
-    /// Writes where everything is at `view.frame`, for a graph of the scene's plan that records this view next.
+    /// Writes the matrices of objects and lights at `view.frame`, for the graph that records this view next.
     pub fn write(&self, gpu: &Gpu, graph: &CompiledGraph, view: &View) {
         let pose = self.scene.pose(view.frame);
         if let Some(buffer) = &self.objects {
-            // Where the frame before is not reused, any pose of it will do.
+            // Without a valid previous frame any pose is correct.
             let before = graph.last_view().filter(|before| view.continues(before)).unwrap_or(*view);
             let then = self.scene.pose(before.frame);
             let still = [Mat4::IDENTITY; 2];
@@ -60,6 +60,6 @@ impl<'a> SceneMotion<'a> {
         let Some(buffer) = &self.lights else { return };
         gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&lights(&pose.lights)));
         let layers = shadow_layers(&pose.lights, self.bounds);
-        graph.write_changed(gpu, |handle| light_views::contents(handle, &layers));
+        graph.write_changed(gpu, |handle| shadow_views::contents(handle, &layers));
     }
 }

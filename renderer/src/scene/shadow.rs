@@ -1,4 +1,4 @@
-//! What each shadow map looks at.
+//! The view of each shadow map layer.
 
 use glam::{Mat4, Vec3, camera::rh::view::look_to_mat4};
 use halflight_scenes::{Light, Scene};
@@ -10,14 +10,13 @@ use crate::scene::buffers::shadow_faces;
 pub struct ShadowLayer {
     /// World to reversed-Z clip space.
     pub world_to_clip: Mat4,
-    /// Width that the whole map covers: scene units for a directional light, otherwise for each unit
-    /// of distance.
+    /// Width of the whole map: scene units for a directional light, otherwise per unit of distance.
     pub width: f32,
     /// Index of the light.
     pub light: u32,
 }
 
-/// A box around all that may cast a shadow, at every frame: its corners.
+/// Bounding box of everything that may cast a shadow, over all frames: its corners.
 pub(crate) fn shadow_bounds(scene: &Scene) -> (Vec3, Vec3) {
     scene.swept_bounds().unwrap_or((Vec3::NEG_ONE, Vec3::ONE))
 }
@@ -32,8 +31,8 @@ pub(crate) fn shadow_layers(lights: &[Light], (low, high): (Vec3, Vec3)) -> Vec<
             vec![perspective(position.into(), axis, half_angle_degrees.to_radians().tan(), diagonal)]
         }
         Light::Spot { position, .. } | Light::Point { position, .. } => {
-            // The order of faces is that of `cube_face` in direct_light.wgsl. A little wider than a
-            // right angle, so that the filter finds depth beyond the seams.
+            // The order of faces is that of `cube_face` in direct_light.wgsl. Faces are slightly wider than a right
+            // angle, so that the filter finds depth beyond the seams.
             [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z]
                 .map(|axis| perspective(position.into(), axis, 1.01, diagonal))
                 .to_vec()
@@ -54,10 +53,10 @@ fn directional(direction: Vec3, low: Vec3, high: Vec3, diagonal: f32) -> ShadowL
         view.transform_point3(Vec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z)))
     });
     let (near, far) = corners.fold((Vec3::MAX, Vec3::MIN), |(a, b), p| (a.min(p), b.max(p)));
-    // A square map; the margin keeps the outermost walls inside the filter's footprint.
+    // The map is square. The margin keeps the outermost walls inside the filter's footprint.
     let centre = (near + far) / 2.0;
     let half = ((far - near).x.max((far - near).y) / 2.0 + diagonal * 0.01).max(f32::MIN_POSITIVE);
-    // z grows towards the light in this space; depth is 1 at the light's side.
+    // z increases towards the light in this space. Depth is 1 at the light's side.
     let (back, front) = (near.z - diagonal * 0.01, far.z + diagonal * 0.01);
     let clip = Mat4::from_cols_array_2d(&[
         [1.0 / half, 0.0, 0.0, 0.0],

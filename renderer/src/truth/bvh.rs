@@ -1,7 +1,7 @@
-//! The BVH, as `truth/traversal.wgsl` reads it.
+//! The BVH in the layout of `truth/traversal.wgsl`.
 
 use glam::Vec3A;
-use halflight_scenes::{Mesh, Scene};
+use halflight_scenes::{Mesh, Scene, Texture};
 use obvhs::{
     bvh2::{Bvh2, reinsertion::ReinsertionOptimizer},
     cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh},
@@ -11,24 +11,25 @@ use obvhs::{
 };
 
 use super::TruthError;
+use crate::scene::texel_pool::{self, HEADER};
 
-/// Levels that the shader's stack holds: `MAX_DEPTH` of `truth/traversal.wgsl`.
+/// Depth of the shader's stack: `MAX_DEPTH` of `truth/traversal.wgsl`.
 const MAX_DEPTH: usize = 24;
 
-/// Marks the material of a triangle that receives light and sends none: twin of `truth/path_trace.wgsl`.
+/// Bit of a triangle's material for receive-only surfaces. Twin of `truth/path_trace.wgsl`.
 const RECEIVE_ONLY: u32 = 1 << 31;
 
-/// Texels of 16 bytes: five a node; three a triangle for its shape and four for what is on it.
+/// Texels of 16 bytes: five per node, three per triangle for its shape and four for its attributes.
 pub(super) struct Bvh {
     pub(super) nodes: Vec<[u32; 4]>,
     pub(super) triangles: Vec<[u32; 4]>,
     pub(super) attributes: Vec<[u32; 4]>,
-    /// Whether any triangle has holes.
+    /// Whether any triangle is alpha-masked.
     pub(super) has_holes: bool,
 }
 
 impl Bvh {
-    /// Builds the BVH of every triangle that has an area. The result depends on the scene alone.
+    /// Builds the BVH of all triangles with an area. The result depends on the scene only.
     pub(super) fn build(scene: &Scene) -> Result<Self, TruthError> {
         let (triangles, sources) = triangles(scene);
         let wide = build_wide(&triangles);
@@ -40,7 +41,7 @@ impl Bvh {
                 scene.name
             )));
         }
-        let masks = mask_places(scene);
+        let masks = alpha_masks(scene);
         let texel = |v: Vec3A, word: u32| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), word];
         let mut bvh = Self {
             nodes: bytemuck::cast_slice(&wide.nodes).to_vec(),
@@ -68,14 +69,14 @@ impl Bvh {
     }
 }
 
-/// Where a triangle comes from.
+/// Source of a triangle.
 #[derive(Clone, Copy)]
 struct Source<'a> {
     mesh: &'a Mesh,
     corners: [u32; 3],
 }
 
-/// Triangles with finite corners and an area; nothing hits the others.
+/// Triangles with finite corners and an area. No ray hits the others.
 fn triangles(scene: &Scene) -> (Vec<Triangle>, Vec<Source<'_>>) {
     let all = scene.meshes.iter().flat_map(|mesh| {
         mesh.indices.as_chunks::<3>().0.iter().map(move |&corners| {
@@ -91,19 +92,16 @@ fn triangles(scene: &Scene) -> (Vec<Triangle>, Vec<Source<'_>>) {
     .unzip()
 }
 
-/// For each texture the index of its first texel in `SceneBuffers::texels`, where width and height stand before the
-/// texels, and its size: height in the upper 16 bits.
-fn mask_places(scene: &Scene) -> Vec<[u32; 2]> {
-    let places = scene.textures.iter().scan(0, |end, texture| {
-        let start = *end + 2;
-        *end = start + texture.width * texture.height;
-        Some([start, texture.width | texture.height << 16])
-    });
-    places.collect()
+/// For each texture, the index of its first texel in `SceneBuffers::texels` (width and height are before the texels)
+/// and its size, with the height in the upper 16 bits.
+fn alpha_masks(scene: &Scene) -> Vec<[u32; 2]> {
+    let textures = &scene.textures;
+    let size = |texture: &Texture| texture.width | texture.height << 16;
+    texel_pool::headers(textures).zip(textures).map(|(start, texture)| [start + HEADER, size(texture)]).collect()
 }
 
-/// Parameters by measurement on the atrium under lavapipe: splitting the boxes of large triangles gains 10 % in rays a
-/// second, leaves of up to three triangles 5 %; reinserting more than one node in twenty gains nothing.
+/// Parameters measured on the atrium under lavapipe: splitting the boxes of large triangles gains 10 % rays per second,
+/// leaves of up to three triangles 5 %. Reinserting more than one node in twenty gains nothing.
 fn build_wide(triangles: &[Triangle]) -> CwBvh {
     let mut boxes: Vec<_> = triangles.iter().map(Triangle::aabb).collect();
     let mut indices: Vec<_> = (0..triangles.len() as u32).collect();
@@ -166,7 +164,7 @@ mod tests {
 
     #[test]
     fn a_million_to_one_in_size_stays_shallow() {
-        // Each triangle is 0.8 times as large as the one before and nested in its corner.
+        // Each triangle is 0.8 times as large as the previous one and nested in its corner.
         let triangles: Vec<_> = (0..60)
             .map(|i| {
                 let s = 1e3 * 0.8f32.powi(i);

@@ -1,4 +1,4 @@
-//! What to trace, and for how long.
+//! What to trace, and when to stop.
 
 use halflight_scenes::Camera;
 use serde::{Deserialize, Serialize};
@@ -7,36 +7,37 @@ use halflight_shared_shaders::truth::path_trace;
 
 use super::TruthError;
 
-/// What is asked of the path tracer. Depth, normal, albedo, position and `direct` always come along: they cost one ray
-/// a pixel and one a light.
+/// A request to the path tracer. Depth, normal, albedo, position and `direct` are always included: they cost one ray
+/// per pixel and one per light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
-    /// Camera; primary rays pass through pixel centres.
+    /// Camera. Primary rays pass through pixel centres.
     pub camera: Camera,
     /// Width and height, pixels, each 1..=65535.
     pub size: [u32; 2],
-    /// Whether the first bounce is kept apart.
+    /// Whether to store the first bounce separately.
     pub bounce1: bool,
     /// Bounces of `indirect`, 0..=64; 0 for no indirect light.
     pub bounces: u32,
-    /// Whether the part of the first bounce that comes from surfaces on screen is kept apart.
+    /// Whether to store the part of the first bounce whose source is on the screen.
     pub on_screen: bool,
-    /// Whether glossy light is traced: what glossy first hits send on to the eye of directly lit, diffuse surfaces.
+    /// Whether to trace glossy light: what the mirror lobe of the first hit sends to the eye, from directly lit,
+    /// diffuse surfaces.
     pub glossy: bool,
-    /// Radius of the ambient occlusion, scene units; 0 for unlimited; `None` for no occlusion.
+    /// Radius of the ambient visibility, scene units; 0 for unlimited; `None` for no ambient visibility.
     pub ambient_occlusion: Option<f32>,
-    /// Seed of every random number: the same seed gives the same sums, bit for bit, on the same adapter.
+    /// Seed of all random numbers. The same seed gives the same sums, bit for bit, on the same adapter.
     pub seed: u32,
 }
 
-/// When to stop: at the number of samples, or before it at a relative error.
+/// When to stop: at a number of samples, or earlier at a relative error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stop {
-    /// Most samples a pixel, at least 1.
+    /// Largest number of samples per pixel, at least 1.
     pub samples_per_pixel: u32,
     /// Relative error to reach, over blocks of `error_block` pixels: see [`super::Truth::rel_error`].
     pub rel_error: Option<f32>,
-    /// Edge of the blocks over which pixels are averaged before their error is judged, pixels; 1 for single pixels.
+    /// Width of the blocks over which pixels are averaged before their error is estimated, pixels; 1 for single pixels.
     pub error_block: u32,
 }
 
@@ -47,19 +48,19 @@ impl Default for Stop {
 }
 
 impl Stop {
-    /// Stops after this many samples a pixel.
+    /// Stops after this many samples per pixel.
     pub fn at_samples(samples_per_pixel: u32) -> Self {
         Self { samples_per_pixel, ..Self::default() }
     }
 
-    /// Stops at this relative error of single pixels, or after 65536 samples a pixel.
+    /// Stops at this relative error of single pixels, or after 65536 samples per pixel.
     pub fn at_rel_error(rel_error: f32) -> Self {
         Self { samples_per_pixel: 1 << 16, rel_error: Some(rel_error), error_block: 1 }
     }
 }
 
 impl Request {
-    /// Only what the eye sees and its direct light; switch on the rest.
+    /// Only primary hits and direct light. Set the other fields for more.
     pub fn new(camera: Camera, size: [u32; 2]) -> Self {
         Self {
             camera,
@@ -100,7 +101,7 @@ impl Request {
     }
 }
 
-/// Where the sums of each output start in a pixel's words: twin of the overrides of `truth/path_trace.wgsl`.
+/// Offset of each output's sums in a pixel's words. Twin of the overrides of `truth/path_trace.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Layout {
     pub(super) words: u32,
@@ -130,8 +131,8 @@ impl Layout {
         Self { words, bounce1: bounce1.filter(|_| request.bounce1), indirect, on_screen, glossy, occlusion }
     }
 
-    /// Constants of the pipeline, for a scene that needs nothing special. Where `bounce1` shares its words with
-    /// `indirect`, the shader writes them once.
+    /// Pipeline constants for a scene without special features. If `bounce1` shares its words with `indirect`, the
+    /// shader writes them once.
     pub(super) fn constants(&self, bounces: u32) -> path_trace::Constants {
         let place = |at: Option<u32>| at.unwrap_or(0);
         path_trace::Constants {

@@ -1,4 +1,4 @@
-//! What was read back: raw sums, and the images they stand for.
+//! The sums read back, and the images made from them.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -20,12 +20,11 @@ pub(super) struct PrimarySurface {
     unused: u32,
 }
 
-/// Everything that a trace has gathered so far. It can be stored ([`State::to_bytes`]) and continued
-/// ([`super::Trace::restore`]).
+/// All sums of a trace so far. They can be stored ([`State::to_bytes`]) and continued ([`super::Trace::restore`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     pub(super) samples: u32,
-    /// The power of two that radiance was multiplied by.
+    /// The power of two by which radiance was multiplied.
     pub(super) scale: f32,
     pub(super) surfaces: Vec<PrimarySurface>,
     pub(super) sums: Vec<f32>,
@@ -34,22 +33,22 @@ pub struct State {
 /// A mean image and its standard error (the standard deviation of the mean over repeated traces).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Estimate<T> {
-    /// One value a pixel, rows from the top.
+    /// One value per pixel, rows from the top.
     pub mean: Vec<T>,
-    /// Of each value. After a single sample nothing is known of it and it equals the mean.
+    /// Standard error of each value. After a single sample it is unknown and equals the mean.
     pub standard_error: Vec<T>,
 }
 
-/// Truth: images, rows from the top, linear float32; pixels without a surface are zero.
+/// The reference: images, rows from the top, linear float32. Pixels without a surface are zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
     /// Rays traced, shadow rays included.
     pub rays: u64,
-    /// Planar view depth, scene units; 0 where there is no surface.
+    /// Planar view depth, scene units; 0 without a surface.
     pub depth: Vec<f32>,
     /// World position.
     pub position: Vec<[f32; 3]>,
@@ -57,42 +56,42 @@ pub struct Truth {
     pub normal: Vec<[f32; 3]>,
     /// Diffuse reflectance.
     pub albedo: Vec<[f32; 3]>,
-    /// Radiance after direct lighting, emission included. Pixel centres and delta lights leave nothing to chance: its
-    /// standard error is 0.
+    /// Radiance after direct lighting, emission included. Its standard error is 0, because pixel centres and delta
+    /// lights are deterministic.
     pub direct: Vec<[f32; 3]>,
-    /// Radiance of directly lit far sides that passes translucent surfaces; its standard error is 0 too.
+    /// Radiance of directly lit far sides that passes through translucent surfaces. Its standard error is 0.
     pub transmitted: Vec<[f32; 3]>,
     /// First bounce, incident (albedo not included).
     pub bounce1: Option<Estimate<[f32; 3]>>,
-    /// Sum of the asked number of bounces, incident (albedo not included).
+    /// Sum of the requested number of bounces, incident (albedo not included).
     pub indirect: Option<Estimate<[f32; 3]>>,
-    /// The part of the first bounce whose source the eye sees, inside the image and on the side that shines.
+    /// The part of the first bounce whose source the eye sees, inside the image and on the side that sends the light.
     pub on_screen: Option<Estimate<[f32; 3]>>,
-    /// Radiance that mirror lobes (Ks, Ns) send to the eye, Ks included, of what leaves other surfaces after direct light.
+    /// Radiance that mirror lobes (Ks, Ns) send to the eye, Ks included, from other surfaces after direct light.
     pub glossy: Option<Estimate<[f32; 3]>>,
-    /// Openness, cosine-weighted, 0..1.
+    /// Ambient visibility, cosine-weighted, 0..1: 1 = open.
     pub ambient_occlusion: Option<Estimate<f32>>,
 }
 
 const MAGIC: [u8; 8] = *b"HLTRUTH2";
 
 impl State {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub fn samples(&self) -> u32 {
         self.samples
     }
 
-    /// The state in bytes, little-endian. It does not say what was asked for: keep it with its [`Request`].
+    /// The state in bytes, little-endian. It does not contain the request: store it with its [`Request`].
     pub fn to_bytes(&self) -> Vec<u8> {
         let counts = [self.samples, self.scale.to_bits(), self.surfaces.len() as u32, self.sums.len() as u32];
         [&MAGIC, bytemuck::cast_slice(&counts), bytemuck::cast_slice(&self.surfaces), bytemuck::cast_slice(&self.sums)]
             .concat()
     }
 
-    /// The state of these bytes.
+    /// Parses a state.
     ///
     /// # Errors
-    /// Where the bytes are no state of this request.
+    /// If the bytes are not a state of this request.
     pub fn from_bytes(bytes: &[u8], request: &Request) -> Result<Self, TruthError> {
         let pixels = request.size[0] as usize * request.size[1] as usize;
         let words = pixels * Layout::new(request).words as usize;
@@ -110,7 +109,7 @@ impl State {
         read().ok_or_else(|| TruthError("stored truth is damaged or belongs to another request; delete it".into()))
     }
 
-    /// The images. The request is the one that the state was traced for.
+    /// The images. `request` is that of the trace.
     pub fn truth(&self, request: &Request) -> Truth {
         let scale = self.scale;
         let layout = Layout::new(request);
@@ -128,7 +127,7 @@ impl State {
             Estimate { mean, standard_error }
         };
         let occlusion = |at: u32| {
-            // Every sample is 0 or 1, its own square.
+            // Every sample is 0 or 1, so it equals its square.
             let pixels = self
                 .sums
                 .chunks_exact(words)
@@ -170,11 +169,11 @@ fn clamp(value: f64) -> f32 {
 }
 
 impl Truth {
-    /// Relative error that was reached: the root mean square, over pixels with a surface and channels, of the standard
-    /// error of `albedo * indirect`, divided by the image's mean. With `block > 1` the image is first averaged over
-    /// blocks of `block * block` pixels, whose errors are independent. Without indirect light it is that of
-    /// `albedo * bounce1`, of `albedo * on_screen`, of `glossy` or of the ambient occlusion, whichever comes first; 0 where
-    /// nothing is random or all is black.
+    /// The relative error: the root mean square, over pixels with a surface and over channels, of the standard error of
+    /// `albedo * indirect`, divided by the image's mean. With `block > 1` the image is first averaged over blocks of
+    /// `block * block` pixels, whose errors are independent. Without indirect light it is that of `albedo * bounce1`,
+    /// `albedo * on_screen`, `glossy` or the ambient visibility, whichever comes first. It is 0 if nothing is random or
+    /// all is black.
     pub fn rel_error(&self, block: u32) -> f64 {
         let light = self.indirect.as_ref().or(self.bounce1.as_ref()).or(self.on_screen.as_ref());
         let pixel = |index: usize| -> ([f64; 3], [f64; 3]) {

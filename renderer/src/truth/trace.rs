@@ -1,4 +1,4 @@
-//! A trace under way.
+//! A running trace.
 
 use std::{
     sync::{
@@ -16,18 +16,18 @@ use halflight_shared_shaders::{
 
 use super::{Request, State, Stop, Tracer, Truth, TruthError, request::Layout, state::PrimarySurface};
 
-/// Time that one batch should take: short enough for a browser's watchdog and for a progress bar.
+/// Target time of one batch: short enough for a browser's watchdog and for a progress bar.
 const BATCH: Duration = Duration::from_millis(100);
-/// Samples of the first batches, before anything is known of the device's speed: 8 x 8 blocks.
+/// Samples of the first batches, before the device's speed is known: 8 x 8 blocks.
 const FIRST_BATCH: u32 = 64;
-/// Samples after which the error is judged for the first time.
+/// Samples after which the error is estimated for the first time.
 const FIRST_CHECK: u32 = 16;
-/// Most samples a pixel in one batch.
+/// Largest number of samples per pixel in one batch.
 const MAX_BATCH_SAMPLES: u32 = 64;
-/// Stands for an unlimited distance in the shader.
+/// An unlimited distance in the shader.
 const FAR: f32 = 1e30;
 
-/// A trace under way. It holds what it needs of the [`Tracer`]; it never blocks.
+/// A running trace. It holds what it needs of the [`Tracer`] and never blocks.
 pub struct Trace {
     request: Request,
     stop: Stop,
@@ -40,15 +40,15 @@ pub struct Trace {
     scale: f32,
     /// Samples that every pixel has.
     samples: u32,
-    /// Whether the primary rays are through.
+    /// Whether the primary rays are done.
     seen: bool,
     /// First block of the pass that is not done.
     next_block: u32,
-    /// Samples a pixel of the pass.
+    /// Samples per pixel of the pass.
     pass_samples: u32,
-    /// Block samples that fit a batch.
+    /// Block samples per batch.
     batch: u32,
-    /// Samples at which to read and judge the next time.
+    /// Samples at which the error is estimated next.
     next_check: u32,
     rel_error: Option<f64>,
 }
@@ -59,16 +59,16 @@ struct Stage {
     bindings: wgpu::BindGroup,
 }
 
-/// How far a trace is.
+/// Progress of a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// Samples that every pixel has.
     pub samples: u32,
-    /// Samples that every pixel will have as far as is known now: the limit, or fewer where the error suffices earlier.
+    /// Expected number of samples per pixel: the limit, or fewer if the error is reached earlier.
     pub expected_samples: u32,
-    /// Relative error when it was last judged.
+    /// The last estimate of the relative error.
     pub rel_error: Option<f64>,
-    /// Part of the way to `expected_samples`, 0..1.
+    /// Progress towards `expected_samples`, 0..1.
     pub fraction: f32,
 }
 
@@ -76,7 +76,7 @@ impl Trace {
     pub(super) fn new(gpu: &Gpu, tracer: &Tracer, request: &Request, stop: Stop) -> Result<Self, TruthError> {
         request.check()?;
         if stop.samples_per_pixel == 0 {
-            return Err(TruthError("truth of 0 samples a pixel: give at least 1".into()));
+            return Err(TruthError("the reference needs at least 1 sample per pixel".into()));
         }
         if stop.rel_error.is_some_and(|e| e.is_nan() || e <= 0.0) {
             return Err(TruthError("relative error: give a number above 0, for example 0.02".into()));
@@ -173,8 +173,8 @@ impl Trace {
         Ok(trace)
     }
 
-    /// Submits one batch of work. Returns false, and submits nothing, where the trace is finished or where it has to be
-    /// read and judged first ([`Trace::wants_reading`]).
+    /// Submits one batch of work. Returns false and submits nothing if the trace is finished or has to be read and
+    /// judged first ([`Trace::wants_reading`]).
     pub fn submit(&mut self, gpu: &Gpu) -> bool {
         if self.is_finished() || self.wants_reading() {
             return false;
@@ -213,30 +213,30 @@ impl Trace {
         true
     }
 
-    /// Tells how long the device took for the last batch, so that the next one takes about a tenth of a second.
+    /// Reports the time of the last batch, so that the next one takes about a tenth of a second.
     pub fn pace(&mut self, took: Duration) {
         let ratio = BATCH.as_secs_f64() / took.as_secs_f64().max(1e-4);
-        // Never more than doubled: one quick batch (sky, for example) says little about the next.
+        // At most doubled: one quick batch (sky, for example) says little about the next.
         self.batch = (f64::from(self.batch) * ratio.clamp(0.1, 2.0)).clamp(1.0, 1e7) as u32;
     }
 
-    /// Whether the sums are consistent: every pixel has the same number of samples. They can be read then.
+    /// Whether every pixel has the same number of samples, so that the sums can be read.
     pub fn is_between_passes(&self) -> bool {
         self.seen && self.next_block == 0
     }
 
-    /// Whether the error has to be judged ([`Trace::read`], then [`Trace::judge`]) before the trace goes on.
+    /// Whether the error has to be judged ([`Trace::read`], then [`Trace::judge`]) before the trace continues.
     pub fn wants_reading(&self) -> bool {
         self.is_between_passes() && self.samples >= self.next_check && !self.is_finished()
     }
 
-    /// Whether everything that was asked for is there.
+    /// Whether the trace is finished.
     pub fn is_finished(&self) -> bool {
         let enough = self.stop.rel_error.zip(self.rel_error).is_some_and(|(target, e)| e <= f64::from(target));
         self.is_between_passes() && (!self.request.is_random() || self.samples >= self.stop.samples_per_pixel || enough)
     }
 
-    /// How far the trace is.
+    /// Progress of the trace.
     pub fn progress(&self) -> Progress {
         let expected_samples = if self.request.is_random() { self.expected_samples() } else { 0 };
         let fraction = match (self.is_finished(), expected_samples) {
@@ -249,7 +249,8 @@ impl Trace {
 
     fn expected_samples(&self) -> u32 {
         let needed = match (self.stop.rel_error, self.rel_error) {
-            // Error falls with the square root of the samples; 5 % more, so that one more look is enough.
+            // The error decreases with the square root of the samples. 5 % more samples, so that one more estimate
+            // suffices.
             (Some(target), Some(error)) => f64::from(self.samples) * (error / f64::from(target)).powi(2) * 1.05,
             _ => f64::INFINITY,
         };
@@ -261,21 +262,21 @@ impl Trace {
         self.next_check = match (self.stop.rel_error, self.rel_error) {
             (None, _) => limit,
             (Some(_), None) => limit.min(self.samples.max(FIRST_CHECK)),
-            // A first estimate is not trusted far.
+            // A first estimate is not reliable enough for a large step.
             (Some(_), Some(_)) => self.expected_samples().clamp(self.samples + 1, (self.samples * 8).max(1)).min(limit),
         };
     }
 
-    /// Copies the sums so far for reading.
+    /// Copies the sums for reading.
     ///
     /// # Panics
-    /// In the middle of a pass: ask [`Trace::is_between_passes`] first.
+    /// In the middle of a pass: check [`Trace::is_between_passes`] first.
     pub fn read(&self, gpu: &Gpu) -> Reading {
         assert!(self.is_between_passes(), "sums are read between passes");
         Reading::new(gpu, self.samples, self.scale, [&self.surfaces, &self.sums])
     }
 
-    /// Turns what was read into images, and takes their error as the measure of when to stop.
+    /// Converts a reading to images, and uses their error to decide when to stop.
     pub fn judge(&mut self, state: &State) -> Truth {
         let truth = state.truth(&self.request);
         if self.stop.rel_error.is_some() && state.samples == self.samples && self.samples > 1 {
@@ -326,7 +327,7 @@ impl Stage {
     }
 }
 
-/// Sums on their way back from the device.
+/// A pending reading of the sums.
 pub struct Reading {
     samples: u32,
     scale: f32,
@@ -334,7 +335,7 @@ pub struct Reading {
     answers: Arc<Answers>,
 }
 
-/// What the device answered for the copies of a reading.
+/// The device's answers for the copies of a reading.
 #[derive(Default)]
 struct Answers {
     arrived: AtomicUsize,
@@ -366,20 +367,19 @@ impl Reading {
         Self { samples, scale, staging, answers }
     }
 
-    /// Whether the sums will never arrive: the device was lost.
+    /// Whether the sums will never arrive, because the device was lost.
     pub fn is_lost(&self) -> bool {
         self.answers.refused.load(Ordering::Acquire)
     }
 
-    /// The sums, once they have arrived: poll the device (`wgpu::Device::poll`) or, in a browser, return to the event
-    /// loop, and ask again. That a poll has waited for the device is not enough where several threads poll it: what one
-    /// of them found done, it hands over after the others may have returned. A lost device never delivers
-    /// ([`Self::is_lost`]).
+    /// The sums, once they have arrived. Poll the device (`wgpu::Device::poll`) or, in a browser, return to the event
+    /// loop, and call again. If several threads poll, a finished poll of one thread may be delivered by another one
+    /// later. A lost device never delivers ([`Self::is_lost`]).
     pub fn take(&self) -> Option<State> {
         if self.answers.arrived.load(Ordering::Acquire) < self.staging.len() {
             return None;
         }
-        // What was mapped is gone again where the device was lost since.
+        // If the device was lost meanwhile, the mapped memory is gone.
         let range = |copy: &wgpu::Buffer| {
             copy.get_mapped_range(..).inspect_err(|_| self.answers.refused.store(true, Ordering::Release)).ok()
         };

@@ -1,4 +1,4 @@
-//! A scene, ready to be traced on a device.
+//! A scene, ready for path tracing on a device.
 
 use halflight_scenes::{Light, Scene};
 use wgpu::util::DeviceExt;
@@ -10,7 +10,7 @@ use halflight_frame_graph::Gpu;
 /// Texels in a row of the BVH's textures: 2^`ROW_BITS` of `truth/traversal.wgsl`.
 const ROW: usize = 4096;
 
-/// A scene's BVH on a device, with the scene's buffers. Build it once for a scene; it serves any number of traces.
+/// A scene's BVH on a device, with the scene's buffers. It serves any number of traces.
 pub struct Tracer {
     pub(super) nodes: wgpu::TextureView,
     pub(super) triangles: wgpu::TextureView,
@@ -18,17 +18,17 @@ pub struct Tracer {
     pub(super) materials: wgpu::Buffer,
     pub(super) texels: wgpu::Buffer,
     pub(super) lights: wgpu::Buffer,
-    /// A black texel where the scene has none.
+    /// A black texel if the scene has no environment.
     pub(super) environment: wgpu::Buffer,
     pub(super) has_environment: bool,
-    /// Whether some material lets light through.
+    /// Whether some material is translucent.
     pub(super) has_translucency: bool,
     pub(super) light_count: u32,
-    /// Whether any triangle has holes.
+    /// Whether any triangle is alpha-masked.
     pub(super) has_holes: bool,
     /// Half the diagonal of the bounding box, scene units.
     pub(super) scene_radius: f32,
-    /// Power of two that brings the brightest source near 1.
+    /// Power of two that scales the brightest source to about 1.
     pub(super) radiance_scale: f32,
 }
 
@@ -36,7 +36,7 @@ impl Tracer {
     /// Builds the BVH and uploads it.
     ///
     /// # Errors
-    /// Where the BVH is too deep or too large for the device.
+    /// If the BVH is too deep or too large for the device.
     pub fn new(gpu: &Gpu, scene: &Scene, buffers: &SceneBuffers) -> Result<Self, TruthError> {
         let bvh = Bvh::build(scene)?;
         Ok(Self {
@@ -66,7 +66,7 @@ impl Tracer {
     /// Starts a trace.
     ///
     /// # Errors
-    /// Where a value of the request is out of range or its sums do not fit the device.
+    /// If a value of the request is out of range or its sums do not fit the device.
     pub fn start(&self, gpu: &Gpu, request: &Request, stop: Stop) -> Result<Trace, TruthError> {
         Trace::new(gpu, self, request, stop)
     }

@@ -1,4 +1,5 @@
-// Light of the environment for techniques that find openness alone: what a surface of this normal receives, times openness.
+// Environment light for techniques that find ambient visibility alone: the irradiance for the surface's normal times
+// ambient visibility.
 import package::common::environment::{IRRADIANCE, irradiance_factor};
 import package::common::view::View;
 
@@ -14,7 +15,7 @@ fn light(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let n = textureLoad(normal, id.xy, 0).xyz;
-    // Sky has no normal, and stays black: its light is direct.
+    // The sky has no normal. It stays black, because its light is direct.
     let open = select(0.0, saturate(textureLoad(ambient_occlusion, id.xy, 0).x), any(n != vec3f(0.0)));
     let world = (view.view_to_world * vec4f(n, 0.0)).xyz;
     var sum = vec3f(0.0);

@@ -1,12 +1,13 @@
 // variants: light, wide, ambient, packed
-// Screen-space indirect light with a visibility bitmask (Therrien et al. 2023, Algorithm 1): along each slice every sample
-// hides the sectors between its front and its back, a thickness farther from the eye, and lights the receiver through
-// those that nothing hid before. Without `light` only openness is found. `wide` has up to 128 sectors; with `ambient` the
-// environment lights it through those that stay open (section 3.2).
+// Screen-space indirect light with a visibility bitmask (Therrien et al. 2023, Algorithm 1). Each sample along a slice
+// occludes the sectors between its front and its back; the back is one thickness farther from the eye. The sample
+// lights the receiver through those sectors that were not occluded before. Without `light`, only ambient visibility is
+// found. `wide` has up to 128 sectors. With `ambient`, the environment lights the receiver through the sectors that
+// stay open (section 3.2).
 //
-// Estimator `published`: sectors of equal angle, light weighted by both cosines, samples as points. `radiometric`: sectors
-// of equal cosine-weighted solid angle, slices weighted by the projected normal, no cosine at the source (sectors are
-// solid angles already), and each sample stands for its whole stride.
+// Estimator `published`: sectors of equal angle, light weighted by both cosines, samples are points. Estimator
+// `radiometric`: sectors of equal cosine-weighted solid angle, slices weighted by the length of the projected normal,
+// no cosine at the source (sectors are solid angles already), and each sample stands for its whole stride.
 import package::common::math::{PI, nearest_whole, random3, spread2};
 import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
@@ -14,10 +15,11 @@ import package::common::plane::{plane_gradient, plane_inverse_depth, plane_radia
 import package::common::surfel::surfel_depth;
 @if(light && packed) import package::common::surfel::with_radiance;
 import package::common::slice::{
-    Screen, Receiver, Slice, Side, Strides, Place, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
-    place_at, place_on, ray_of, ray_at, begin_of, Before, BEHIND_ALL, NEAREST, is_within, back_of, arc_of_side, turn_of,
+    Screen, Receiver, Slice, Side, Strides, TexelPosition, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
+    position_at, position_on, ray_of, ray_at, begin_of, Before, BEHIND_ALL, NEAREST, is_within, back_of, arc_of_side, angle_of,
 };
 @if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor, latlong, small_map};
+import package::common::streams::{SLICE_STREAM, SECTOR_STREAM};
 import package::bitmask::sectors::{Mask, sectors, count_sectors};
 
 struct Params {
@@ -25,7 +27,7 @@ struct Params {
     scale: f32,
     // Scene units.
     radius: f32,
-    // Thickness of all that is seen: scene units, and for each unit of depth.
+    // Thickness of every surface: a constant part in scene units, and a part for each unit of depth.
     thickness: f32,
     thickness_slope: f32,
 }
@@ -34,50 +36,51 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(5) var planes: texture_2d<u32>;
-// Light in rgb, openness in a; with `packed` surfels with the light as radiance; or openness alone.
+// Light in rgb and ambient visibility in a. With `packed`, surfels whose radiance is the light. Without `light`,
+// ambient visibility alone.
 @if(light && packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32uint, write>;
 @if(light && !packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
 @if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
-override SLICES: u32 = 1u;
-override STEPS: u32 = 12u;
-override SECTORS: u32 = 32u;
-override SPACING: u32 = 1u;
-override JITTER: bool = true;
-override RADIOMETRIC: bool = true;
-// Whether a filter averages successive frames, which then share out the random numbers between them.
-override OVER_FRAMES: bool = false;
+override SLICES: u32;
+override STEPS: u32;
+override SECTORS: u32;
+override SPACING: u32;
+override JITTER: bool;
+override RADIOMETRIC: bool;
+// Whether a temporal filter averages successive frames. The random numbers are then stratified over frames.
+override OVER_FRAMES: bool;
 
-// How light of the environment is found: 0 from the normal, 1 from the bent normal, 2 through open sectors.
-@if(ambient && light) override AMBIENT: u32 = 2u;
-/// Directions of a slice that look the environment up (Figure 7).
+// Source of environment light: one of `AMBIENT_...`.
+@if(ambient && light) override AMBIENT: u32;
+@if(ambient && light) const AMBIENT_NORMAL: u32 = 0u;
+@if(ambient && light) const AMBIENT_BENT_NORMAL: u32 = 1u;
+@if(ambient && light) const AMBIENT_BITMASK: u32 = 2u;
+/// Directions of a slice in which the environment is looked up (Figure 7).
 @if(ambient && light) const DIRECTIONS: u32 = 4u;
 
-// Streams of random numbers.
-const SLICE_STREAM: u32 = 2048u;
-const SECTOR_STREAM: u32 = 2049u;
-// Successive slices of a pixel jitter their steps apart by the golden ratio.
+// The step jitter of successive slices of a pixel differs by the golden ratio.
 const GOLDEN: f32 = 0.6180339887498949;
 
-/// Keeps sector 0 from becoming -1 where an angle is rounded to less than none.
+/// Keeps sector 0 from becoming -1 where rounding makes an angle negative.
 const LEAST_CHANCE: f32 = 1e-3;
 
-/// From places on one side of a slice to sectors: `base - of_cosine cos 2h + of_angle h - of_sine sin 2h` of their angle h,
-/// which is the angle itself or `arc`.
+/// Maps positions on one side of a slice to sectors: `base - of_cosine cos 2h + of_angle h - of_sine sin 2h` of their
+/// angle h. The result is the angle itself or `arc`.
 struct Scale {
     base: f32,
     of_cosine: f32,
     of_sine: f32,
     of_angle: f32,
-    // At the plane of the surface, which has this normal: nothing below it counts.
+    // The plane of the surface, given by its normal. Positions below it do not count.
     end: f32,
     cos_angle: f32,
     sin_angle: f32,
 }
 
-/// Sector i covers i - 0.5..i + 0.5, as `nearest_whole` takes it; `rounding` is added to all of them.
+/// Sector i covers i - 0.5..i + 0.5, as `nearest_whole` takes it. `rounding` is added to all sectors.
 fn scale_of(slice: Slice, sign: f32, rounding: f32) -> Scale {
     let sin_angle = sign * slice.sin_angle;
     let lowest = rounding - 0.5;
@@ -93,22 +96,22 @@ fn scale_of(slice: Slice, sign: f32, rounding: f32) -> Scale {
     return Scale((0.5 * PI - slice.angle) * count + lowest, 0.0, 0.0, sign * count, end, slice.cos_angle, sin_angle);
 }
 
-fn sector_of(scale: Scale, place: vec2f) -> f32 {
-    let h = turn_of(place);
+fn sector_of(scale: Scale, position: vec2f) -> f32 {
+    let h = angle_of(position);
     var sector = scale.base + scale.of_angle * h.angle;
     if RADIOMETRIC {
         sector += -scale.of_cosine * h.cosine - scale.of_sine * h.sine;
     }
-    return select(scale.end, sector, place.x * scale.cos_angle + place.y * scale.sin_angle > 0.0);
+    return select(scale.end, sector, position.x * scale.cos_angle + position.y * scale.sin_angle > 0.0);
 }
 
-/// What a slice knows as its steps go on.
+/// State of a slice while its steps are taken.
 struct State {
     mask: Mask,
     @if(light) light: vec3f,
 }
 
-/// One side of a slice, and where its next stride and sample stand.
+/// One side of a slice, with the positions of its next stride and sample.
 struct Walk {
     side: Side,
     scale: Scale,
@@ -119,7 +122,7 @@ struct Walk {
     before: Before,
 }
 
-/// What all samples of a receiver share: lengths in its depth.
+/// Values that all samples of a receiver share. Lengths are in units of the receiver's depth.
 struct Reach {
     radius: f32,
     thickness: f32,
@@ -133,13 +136,13 @@ fn begin_walk(receiver: Receiver, slice: Slice, reach: Reach, sign: f32, jitter:
     return Walk(side, scale, strides, NEAREST, strides.end, strides.way, Before(NEAREST, 1.0));
 }
 
-/// Takes in what the texel of the walk's sample shows, and steps on.
+/// Adds the texel of the walk's sample and advances the walk.
 fn take(
     state: ptr<function, State>,
     walk: ptr<function, Walk>,
     receiver: Receiver,
     reach: Reach,
-    seen: Place,
+    seen: TexelPosition,
     words: vec4u,
     screen: Screen,
 ) {
@@ -148,23 +151,23 @@ fn take(
     let end = (*walk).end;
     let plane = plane_of(receiver, side, words, seen.offset, way);
     let ray = ray_of(receiver, side, way);
-    let place = place_at(receiver, ray, plane.here);
-    var nearest = place;
-    var farthest = place;
+    let position = position_at(receiver, ray, plane.here);
+    var nearest = position;
+    var farthest = position;
     if RADIOMETRIC {
-        // Along a plane whose front faces the receiver the angle from the eye falls, along others it grows.
+        // The angle from the eye decreases along a plane whose front faces the receiver and increases along others.
         let start = begin_of(plane, (*walk).begin, way, (*walk).before);
-        nearest = place_on(plane, receiver, side, select(start, end, plane.faces));
-        farthest = place_on(plane, receiver, side, select(end, start, plane.faces));
+        nearest = position_on(plane, receiver, side, select(start, end, plane.faces));
+        farthest = position_on(plane, receiver, side, select(end, start, plane.faces));
     }
-    // The back lies farther from the eye by the thickness of what is there.
+    // The back is farther from the eye by the thickness.
     let back = back_of(farthest, ray * inverseSqrt(dot(ray, ray)), reach.thickness, reach.thickness_slope);
-    // Half a sector is a sector (the paper's criterion "round"), or each part of one by chance.
+    // At least half a sector counts as a sector (the paper's criterion "round"), or, randomized, any part of one.
     let near_end = sector_of((*walk).scale, nearest.xy);
     let far_end = sector_of((*walk).scale, back);
     let first = nearest_whole(select(far_end, near_end, side.sign > 0.0));
     let last = nearest_whole(select(near_end, far_end, side.sign > 0.0));
-    let hidden = sectors(first, select(first, last, is_within(place, reach.radius)));
+    let hidden = sectors(first, select(first, last, is_within(position, reach.radius)));
     @if(light) {
         let fresh = count_sectors(hidden & ~(*state).mask);
         var weight = select(0.0, fresh, plane.faces);
@@ -180,7 +183,7 @@ fn take(
     (*walk).way = way * (*walk).strides.factor + (*walk).strides.addend;
 }
 
-/// What a surface that faces `normal` receives of the environment.
+/// Environment light that a surface with this normal receives.
 @if(ambient && light)
 fn irradiance(normal: vec3f) -> vec3f {
     let n = (view.view_to_world * vec4f(normal, 0.0)).xyz;
@@ -191,7 +194,7 @@ fn irradiance(normal: vec3f) -> vec3f {
     return max(sum, vec3f(0.0));
 }
 
-/// Light of the environment, or with the bent normal the sum of open directions: of all subregions of a slice, each
+/// Environment light; with the bent normal, the sum of open directions. Sums over the subregions of a slice, each
 /// weighted by its open sectors.
 @if(ambient && light)
 fn outside(mask: Mask, receiver: Receiver, slice: Slice, rounding: f32) -> vec3f {
@@ -212,7 +215,7 @@ fn outside(mask: Mask, receiver: Receiver, slice: Slice, rounding: f32) -> vec3f
         let open = count_sectors(sectors(begin, end) & ~mask);
         begin = end;
         let direction = cos(middle) * receiver.to_eye + sin(middle) * slice.tangent;
-        if AMBIENT == 2u {
+        if AMBIENT == AMBIENT_BITMASK {
             let world = (view.view_to_world * vec4f(direction, 0.0)).xyz;
             sum += open * environment[first + latlong(world, environment[0].zw)].rgb;
         } else {
@@ -222,13 +225,13 @@ fn outside(mask: Mask, receiver: Receiver, slice: Slice, rounding: f32) -> vec3f
     return sum;
 }
 
-/// The cosines at both ends of the way to a sample (Algorithm 1, line 23).
+/// Cosines at both ends of the segment to a sample (Algorithm 1, line 23).
 @if(light)
 fn cosines(receiver: Receiver, words: vec4u, texel: vec2i, screen: Screen) -> f32 {
     let ray = ray_at(screen, (vec2f(texel) + 0.5) * screen.scale);
     let inverse = plane_inverse_depth(words) * receiver.depth;
     let toward = vec3f(ray, -1.0) - vec3f(receiver.ray, -1.0) * inverse;
-    // One over depth is dot(v, ray) for a vector v against the plane's normal.
+    // The inverse depth is dot(v, ray) for a vector v opposite to the plane's normal.
     let against = plane_gradient(words) * receiver.depth * screen.inverse_scale * screen.inverse_ray_scale;
     let v = vec3f(against, dot(against, ray) - inverse);
     let lengths = max(dot(toward, toward) * sqrt(dot(v, v)), 1e-30);
@@ -258,7 +261,7 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
     @if(ambient && light) var around = vec3f(0.0);
     for (var i = 0u; i < SLICES; i++) {
         let slice = slice_of(receiver, (f32(i) + random.x) / f32(SLICES));
-        // Each slice's sectors are rounded by another number.
+        // Each slice rounds its sectors by another random number.
         let rounding = select(0.5, max(fract(chance + GOLDEN * f32(i)), LEAST_CHANCE), RADIOMETRIC);
         let jitter = select(0.5, fract(random.y + GOLDEN * f32(i)), JITTER);
         var state: State;
@@ -266,7 +269,7 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
         let other = select(0.5, fract(jitter + 0.5), JITTER);
         var left = begin_walk(receiver, slice, reach, -1.0, other, rounding, screen);
         for (var step = 0u; step < STEPS; step++) {
-            // Both fetches first: one waits for memory while the other does.
+            // Both fetches come first, so that their latencies overlap.
             let seen_right = seen_at(right.side, right.way);
             let seen_left = seen_at(left.side, left.way);
             let words_right = textureLoad(planes, seen_right.texel, 0);
@@ -274,29 +277,29 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
             take(&state, &right, receiver, reach, seen_right, words_right, screen);
             take(&state, &left, receiver, reach, seen_left, words_left, screen);
         }
-        // Cosine-weighted solid angle of the slice; its mean over all azimuths is 1.
+        // Cosine-weighted solid angle of the slice. Its mean over all azimuths is 1.
         let weight = select(1.0, slice.weight * (slice.cos_angle + slice.angle * slice.sin_angle), RADIOMETRIC);
         let share = weight / f32(SLICES * SECTORS);
-        // What is hidden is taken from 1, so that the weights of single slices bring no noise to what is open.
+        // The occluded part is subtracted from 1, so that the weights of single slices add no noise to open receivers.
         open -= share * count_sectors(state.mask);
         @if(light) { light += share * state.light; }
         @if(ambient && light) {
-            if AMBIENT != 0u {
+            if AMBIENT != AMBIENT_NORMAL {
                 around += share * outside(state.mask, receiver, slice, rounding);
             }
         }
     }
     @if(ambient && light) {
-        if AMBIENT == 0u {
+        if AMBIENT == AMBIENT_NORMAL {
             around = irradiance(receiver.normal) * max(open, 0.0);
         }
-        if AMBIENT == 1u {
+        if AMBIENT == AMBIENT_BENT_NORMAL {
             let bent = around * inverseSqrt(max(dot(around, around), 1e-30));
             around = irradiance(bent) * max(open, 0.0);
         }
         light += around;
     }
-    // Weights of single slices may hide more than everything, rounding may open more.
+    // The weights of single slices may occlude more than everything, and rounding may open more.
     open = saturate(open);
     @if(light && !packed) { textureStore(gathered, pixel, vec4f(max(light, vec3f(0.0)), open)); }
     @if(light && packed) { textureStore(gathered, pixel, with_radiance(own, max(light, vec3f(0.0)))); }

@@ -1,23 +1,23 @@
-// The visibility bitmask (Therrien et al. 2023): sectors of a slice as bits, 1 where something hides them.
+// The visibility bitmask (Therrien et al. 2023): one bit for each sector of a slice, 1 where the sector is occluded.
 @if(wide) alias Mask = vec4u;
 @if(!wide) alias Mask = u32;
 
-/// Bits from `n` on, 0..32.
+/// Bits from `n` upwards, n in 0..32.
 @if(!wide)
 fn bits_from(n: i32) -> u32 {
-    // A shift by 32 is one by 0.
+    // WGSL shifts by 32 like by 0.
     return select(0u, 0xffffffffu << u32(n), n < 32);
 }
 
-/// Bits under `n`, of a word whose first sector is `base`.
+/// Bits below `n` of a word whose first sector is `base`.
 @if(wide)
 fn bits_under(n: i32, base: i32) -> u32 {
     let count = u32(clamp(n - base, 0, 32));
-    // A shift by 32 is one by 0.
+    // WGSL shifts by 32 like by 0.
     return select((1u << (count & 31u)) - 1u, 0xffffffffu, count == 32u);
 }
 
-/// Sectors `first` up to, not including, `end`; none where that comes before.
+/// Sectors `first` to `end`, `end` excluded; none if `end` is not greater than `first`.
 @if(!wide)
 fn sectors(first: i32, end: i32) -> Mask {
     return bits_from(first) & ~bits_from(end);

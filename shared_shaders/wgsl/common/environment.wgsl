@@ -4,13 +4,13 @@
 //   1..9      irradiance over pi as a polynomial of the normal (Ramamoorthi & Hanrahan 2001)
 //   MAP..     the map, rows from the top; then the small map, which averages squares of it
 //
-// WGSL cannot pass a buffer to a function: these say where to look. Directions are in world space.
+// WGSL cannot pass a buffer to a function, so these functions return indices into it. Directions are in world space.
 import package::common::math::PI;
 
 const IRRADIANCE: u32 = 1u;
 const MAP: u32 = 10u;
 
-/// Texel of a map of this size that holds a direction: longitude along the row, latitude down the column.
+/// Texel of a map of this size that contains a direction: longitude along rows, latitude along columns.
 fn latlong(direction: vec3f, size: vec2f) -> u32 {
     let longitude = atan2(direction.x, -direction.z) / (2.0 * PI) + 0.5;
     let latitude = acos(clamp(direction.y * inverseSqrt(max(dot(direction, direction), 1e-30)), -1.0, 1.0)) / PI;
@@ -23,7 +23,7 @@ fn small_map(sizes: vec4f) -> u32 {
     return MAP + u32(sizes.x) * u32(sizes.y);
 }
 
-/// Factor of coefficient `i` for a surface of this unit normal.
+/// Basis function of coefficient `i` for a surface with this unit normal.
 fn irradiance_factor(i: u32, n: vec3f) -> f32 {
     switch i {
         case 0u: { return 1.0; }

@@ -1,20 +1,22 @@
-// Points inside the hemisphere over a surface, as screen-space methods sample it (Ritschel et al. 2009; Mittring 2007).
+// Points inside the hemisphere above a surface, as screen-space methods sample it (Ritschel et al. 2009; Mittring
+// 2007).
 import package::common::math::PI;
 
-/// Point `i` of `count` inside the unit hemisphere around `normal`, spread evenly over its volume. `random` turns and
-/// shifts the whole set.
+/// Point `i` of `count` inside the unit hemisphere around `normal`, distributed evenly over its volume. `random`
+/// rotates and shifts the whole set.
 fn hemisphere_point(normal: vec3f, i: u32, count: u32, random: vec2f) -> vec3f {
     return shell_point(normal, 0.0, i, count, random);
 }
 
-/// The same for what is left of the hemisphere without a smaller one of radius `inner`, 0..1.
+/// The same for the half shell between a hemisphere of radius `inner` (0..1) and the unit hemisphere.
 fn shell_point(normal: vec3f, inner: f32, i: u32, count: u32, random: vec2f) -> vec3f {
-    // Heights by the golden ratio, directions by the golden angle, distances in strata: no two of them move together.
+    // Heights follow the golden ratio, directions the golden angle, distances are stratified. No two of them are
+    // correlated.
     let stratum = (f32(i) + random.x) / f32(count);
     let height = fract(random.y + f32(i) * 0.6180339887498949);
     let angle = 2.0 * PI * fract(random.x + f32(i) * 0.38196601125);
     let across = sqrt(max(1.0 - height * height, 0.0));
-    // An orthonormal basis without a branch but for the sign (Duff et al. 2017).
+    // Orthonormal basis without a branch (Duff et al. 2017).
     let s = select(-1.0, 1.0, normal.z >= 0.0);
     let a = -1.0 / (s + normal.z);
     let b = normal.x * normal.y * a;

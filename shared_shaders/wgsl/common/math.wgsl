@@ -1,37 +1,41 @@
-// Small functions that every pass shares.
+// Small functions that many passes use.
 
 const PI: f32 = 3.14159265358979;
 
-/// float16's largest number: what is stored in that format is clamped to it, never infinite.
+/// The largest float16 number. Values stored as float16 are clamped to it, so that none becomes infinite.
 const LARGEST_FLOAT16: f32 = 65504.0;
-/// Radiance is stored up to here, so that the sum of a whole screen stays within float32.
+/// Upper bound of stored radiance: the sum over a whole screen stays within float32.
 const LARGEST_RADIANCE: f32 = 1e30;
 
-/// 1.5 * 2^23: numbers around it are whole, and so the sum of it and a smaller number is rounded to the nearest one.
+/// 1.5 * 2^23. Floats of this size are whole numbers, so adding it rounds a smaller number to the nearest whole number.
 const WHOLE: f32 = 12582912.0;
 const WHOLE_BITS: i32 = 0x4b400000;
 
-/// The whole number nearest to `x`, |x| < 2^22: two instructions where a conversion, which must saturate, takes up to four.
+/// Cosine and sine of the golden angle. Directions that rotate by it fill the circle evenly, whatever their number (Vogel
+/// 1979).
+const GOLDEN_ROTATION: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
+
+/// The whole number nearest to `x`, |x| < 2^22. It takes two instructions; a saturating conversion takes up to four.
 fn nearest_whole(x: f32) -> i32 {
     return bitcast<i32>(x + WHOLE) - WHOLE_BITS;
 }
 
-/// Likewise.
+/// The whole number nearest to each component, as `nearest_whole`.
 fn nearest_whole2(x: vec2f) -> vec2i {
     return bitcast<vec2i>(x + WHOLE) - WHOLE_BITS;
 }
 
-/// The smaller of two numbers, as one comparison: `min` must also say what it makes of NaN.
+/// The smaller of two numbers, by one comparison. `min` would also have to handle NaN.
 fn least(a: f32, b: f32) -> f32 {
     return select(b, a, a < b);
 }
 
-/// The larger one.
+/// The larger of two numbers, by one comparison.
 fn most(a: f32, b: f32) -> f32 {
     return select(b, a, a > b);
 }
 
-/// Largest channel.
+/// The largest channel.
 fn largest(light: vec3f) -> f32 {
     return max(light.x, max(light.y, light.z));
 }
@@ -43,8 +47,8 @@ fn octahedral_encode(n: vec3f) -> vec2f {
     return select(p, folded, n.z < 0.0);
 }
 
-/// Direction that `octahedral_encode` was given, for an `e` multiplied by `one`, with a length between
-/// 0.57 and 1 times `one`: enough where only ratios matter, and a square root cheaper.
+/// The direction that `octahedral_encode` was given, for an `e` multiplied by `one`. Its length is between 0.57 and 1
+/// times `one`. This suffices where only ratios matter, and saves a square root.
 fn octahedral_direction(e: vec2f, one: f32) -> vec3f {
     let z = one - abs(e.x) - abs(e.y);
     let fold = vec2f(max(-z, 0.0));
@@ -56,7 +60,7 @@ fn octahedral_decode(e: vec2f) -> vec3f {
     return normalize(octahedral_direction(e, 1.0));
 }
 
-/// PCG in three dimensions (Jarzynski & Olano 2020): three well-mixed words from three.
+/// PCG in three dimensions (Jarzynski & Olano 2020): hashes three words to three words.
 fn pcg3d(value: vec3u) -> vec3u {
     var v = value * 1664525u + 1013904223u;
     v.x += v.y * v.z;
@@ -69,27 +73,27 @@ fn pcg3d(value: vec3u) -> vec3u {
     return v;
 }
 
-/// The one source of random numbers: three of them, uniform in [0, 1), from a hash of pixel,
-/// frame, stream and seed.
+/// The only source of random numbers: three numbers, uniform in [0, 1), from a hash of pixel, frame, stream (see
+/// common/streams.wgsl) and seed.
 fn random3(pixel: vec2u, frame: u32, stream: u32, seed: u32) -> vec3f {
     let word = pcg3d(vec3u(pixel.x | (pixel.y << 16u), frame, stream ^ (seed * 0x9E3779B9u)));
-    // 24 bits fill a float32 mantissa exactly, so 1.0 is never reached.
+    // 24 bits fill the mantissa of a float32 exactly, so 1.0 is never reached.
     return vec3f(word >> vec3u(8u)) * 5.9604644775390625e-8;
 }
 
-/// Two random numbers for each pixel that are spread evenly over neighbouring pixels too: the R2
-/// lattice (Roberts 2018) from a random start. Any pixel alone is uniform over frames; together, a
-/// 3x3 filter sees them cancel where independent numbers would leave blotches. With `over_frames` they are spread
-/// evenly over successive frames as well, for a filter that averages those; without it, frames are independent.
+/// Two random numbers for each pixel that are also stratified over neighbouring pixels: the R2 lattice (Roberts 2018)
+/// from a random start. The numbers of one pixel are uniform over frames. The numbers of a 3x3 neighbourhood cancel in
+/// a filter, where independent numbers would leave low-frequency noise. With `over_frames` they are stratified over
+/// successive frames as well, for a temporal filter. Without it, frames are independent.
 fn spread2(pixel: vec2u, frame: u32, stream: u32, seed: u32, over_frames: bool) -> vec2f {
     var start = random3(vec2u(0u), select(frame, 0u, over_frames), stream, seed);
     if over_frames {
-        // The R2 lattice once more, in 32 bits that wrap round as `fract` does. Its two numbers stand in the other order
-        // than those of the pixels below, so that no frame shows a neighbour's numbers of the one before.
+        // The R2 lattice again, over frames, in 32 bits that wrap like `fract`. The two numbers are swapped relative to
+        // those over pixels, so that no frame repeats the numbers that a neighbour had in the previous frame.
         start += vec3f(vec3u(frame * vec2u(2447445414u, 3242174889u), 0u) >> vec3u(8u)) * 5.9604644775390625e-8;
     }
-    // 1 / g and 1 / g^2 of the plastic number g; the second row is the first one turned, so that the
-    // two numbers of a pixel do not move together.
+    // 1 / g and 1 / g^2 of the plastic number g. The second row is the first one rotated, so that the two numbers of a
+    // pixel are not correlated.
     let lattice = mat2x2f(0.7548776662466927, 0.5698402909980532, 0.5698402909980532, 0.2451223337533073);
     return fract(start.xy + lattice * vec2f(pixel));
 }

@@ -1,9 +1,9 @@
-// What one texel of a level shows, as a plane, in 128 bits: what walks along lines of the screen (common/slice.wgsl) reads
-// one of these for each sample. One over the depth of a plane is linear on the screen.
+// The surface of a texel as a plane, in 128 bits. Techniques that walk along screen lines (common/slice.wgsl) read one
+// for each sample. The inverse depth of a plane is linear on the screen.
 //
-//   word 0  one over planar depth in the middle of the texel, float32; 0 where there is no surface
-//   word 1  its change for a texel to the right, float32 but for the last 6 bits | radiance 6 bits
-//   word 2  its change for a texel downwards, likewise | radiance 6 bits
+//   word 0  inverse planar depth at the middle of the texel, float32; 0 without a surface
+//   word 1  its change per texel to the right, float32 without the last 6 bits | radiance 6 bits
+//   word 2  its change per texel downwards, likewise | radiance 6 bits
 //   word 3  radiance, 32 bits: the words of common/surfel.wgsl
 import package::common::surfel::{
     pack_radiance, surfel_depth, surfel_normal, surfel_pixel, surfel_radiance, unpack_radiance,
@@ -22,7 +22,7 @@ fn pack_plane(inverse_depth: f32, gradient: vec2f, radiance: vec3f) -> vec4u {
     );
 }
 
-/// A surface seen more edge-on than this (cosine) counts as tilted by it: the normals of a silhouette are off by more.
+/// Lower bound of the cosine between view ray and normal. At silhouettes the error of the normals is larger.
 const MIN_SLOPE: f32 = -0.02;
 
 /// The plane of a surfel, whose texels are `scale` full-resolution pixels wide.
@@ -32,7 +32,7 @@ fn plane_of_surfel(words: vec4u, texel: vec2u, scale: f32, display_size: vec2f, 
     let pixel = surfel_pixel(words, texel, scale);
     let ray = pixel * ray_scale + vec2f(-1.0, 1.0) * tan_half_fov;
     let normal = surfel_normal(words);
-    // Of all points x on the plane dot(n, x) = dot(n, p), and x = ray depth.
+    // Every point x of the plane has dot(n, x) = dot(n, p), and x = ray depth.
     let slope = min(dot(normal.xy, ray) - normal.z, MIN_SLOPE);
     let inverse = 1.0 / depth;
     let gradient = normal.xy * ray_scale * (scale * inverse / slope);
@@ -46,7 +46,7 @@ fn plane_inverse_depth(words: vec4u) -> f32 {
 }
 
 fn plane_gradient(words: vec4u) -> vec2f {
-    // Without the bits of the radiance: brighter light must not move surfaces, however little.
+    // The bits of the radiance are masked out, so that radiance does not move surfaces.
     return bitcast<vec2f>(words.yz & vec2u(~LOW_BITS));
 }
 

@@ -1,5 +1,4 @@
-// The scene as the passes read it. Rust twin: renderer/src/scene_buffers.rs, which a test holds to
-// these layouts.
+// Scene data as passes read it. The Rust twin is renderer/src/scene/buffers.rs; a test compares the layouts.
 import package::common::math::octahedral_decode;
 
 struct Vertex {
@@ -8,15 +7,16 @@ struct Vertex {
     uv: vec2f,
     // Octahedral, two signed 16-bit numbers.
     normal: u32,
-    // What moves it: an index into `objects`, 0 for what stands still. Position and normal are those at rest.
+    // Index into `objects` of the object that animates it; 0 for static geometry. Position and normal are those at
+    // rest.
     object: u32,
 }
 
-/// What moves, in this frame. The first one is the world at rest.
+/// An animated object in this frame. The first one is the static world.
 struct Object {
     // World at rest to world in this frame.
     to_world: mat4x4f,
-    // View space of this frame to view space of the frame before, for points that move along.
+    // View space of this frame to view space of the previous frame, for points of the object.
     view_to_previous: mat4x4f,
 }
 
@@ -28,10 +28,10 @@ struct Material {
     alpha_texture: u32,
     specular: vec3f,
     phong_exponent: f32,
-    // Share of the light on the far side that passes.
+    // Share of the light on the far side that passes through.
     translucency: vec3f,
     unused_0: f32,
-    // For each scene unit of the way inside.
+    // Absorption per scene unit of the path inside.
     absorption: vec3f,
     unused_1: f32,
 }
@@ -61,8 +61,8 @@ const LIGHT_SPOT: u32 = 2u;
 
 const NO_TEXTURE: u32 = 0xffffffffu;
 
-/// Directions of surface normals under a transform: its cofactors, which are the inverse transpose but for
-/// a factor, and need no division.
+/// Direction of a surface normal under a transform. Uses the cofactors, which equal the inverse transpose up to a
+/// factor and need no division.
 fn transform_normal(matrix: mat4x4f, normal: vec3f) -> vec3f {
     let a = matrix[0].xyz;
     let b = matrix[1].xyz;
@@ -74,20 +74,20 @@ fn vertex_normal(vertex: Vertex) -> vec3f {
     return octahedral_decode(unpack2x16snorm(vertex.normal));
 }
 
-/// A texel is stored as 10 bits a channel of the square root of the linear value, so that dark
-/// tones keep their precision, and 2 bits of alpha.
+/// A texel stores the square root of the linear value in 10 bits a channel, so that dark tones keep their precision,
+/// and alpha in 2 bits.
 fn decode_texel(word: u32) -> vec4f {
     let root = vec3f(vec3u(word, word >> 10u, word >> 20u) & vec3u(1023u)) / 1023.0;
     return vec4f(root * root, f32(word >> 30u) / 3.0);
 }
 
-/// Light that arrives at `position` from one light if nothing is in between.
+/// Light that arrives at `position` from one light without occluders.
 struct Incidence {
     // Unit direction towards the light.
     direction: vec3f,
-    // Distance to the light; negative for one infinitely far away.
+    // Distance to the light; negative for a directional light.
     distance: f32,
-    // Irradiance on a surface facing the light.
+    // Irradiance on a surface that faces the light.
     irradiance: vec3f,
 }
 
@@ -97,7 +97,7 @@ fn light_incidence(light: Light, position: vec3f) -> Incidence {
     }
     let offset = light.vector - position;
     let square = dot(offset, offset);
-    // A point on the light itself gets nothing: the limit is unbounded.
+    // A point on the light itself gets nothing, because the limit is unbounded.
     if square <= 0.0 {
         return Incidence(vec3f(0.0, 1.0, 0.0), 0.0, vec3f(0.0));
     }

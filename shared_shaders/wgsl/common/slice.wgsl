@@ -1,15 +1,15 @@
-// Slices of a receiver's hemisphere, for every technique that walks along lines of the screen (Bavoil et al. 2008,
-// Jimenez et al. 2016, Therrien et al. 2023). A slice is the plane through the eye, the receiver and a direction around
-// the view ray; it meets the screen in a line, and all that is seen on that line lies in it.
+// Slices of a receiver's hemisphere, for every technique that walks along screen lines (Bavoil et al. 2008, Jimenez et
+// al. 2016, Therrien et al. 2023). A slice is the plane through the eye, the receiver and a direction around the view
+// ray. It meets the screen in a line, and every surface seen on that line lies in the slice.
 //
-// Inside a slice points have two coordinates, from the receiver: `x` towards the eye, `y` along the slice's tangent on
-// the side that is walked. Lengths are in the receiver's depth, so world units cannot leave float32's range. Angles h
-// are counted from the direction to the eye, 0..pi on either side.
+// Positions in a slice have two coordinates relative to the receiver: `x` towards the eye, `y` along the slice's
+// tangent on the side that is walked. Lengths are in units of the receiver's depth, so that scene units cannot leave
+// float32's range. Angles h are measured from the direction to the eye, 0..pi on either side.
 import package::common::math::{PI, least, most, nearest_whole2};
 import package::common::plane::{plane_gradient, plane_inverse_depth};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_pixel};
 
-/// Where things stand on the screen, the same for all receivers.
+/// Screen mapping, the same for all receivers.
 struct Screen {
     // Full-resolution pixels.
     size: vec2f,
@@ -27,18 +27,18 @@ fn screen_of(display_size: vec2f, tan_half_fov: vec2f, scale: f32) -> Screen {
     return Screen(display_size, ray_scale, vec2f(-1.0, 1.0) * tan_half_fov, 1.0 / ray_scale, scale, 1.0 / scale);
 }
 
-/// View ray, z = -1, of a place in full-resolution pixels.
+/// View ray, z = -1, of a position in full-resolution pixels.
 fn ray_at(screen: Screen, pixel: vec2f) -> vec2f {
     return pixel * screen.ray_scale + screen.ray_bias;
 }
 
 struct Receiver {
-    // Centre of the pixel that it shows.
+    // Centre of the pixel whose surface it keeps.
     pixel: vec2f,
-    // View ray with z = -1: its position, in its own depth.
+    // View ray with z = -1. It is also the position in units of its own depth.
     ray: vec2f,
     ray_length: f32,
-    // Unit vectors: normal, and the direction to the eye with two that are perpendicular to it.
+    // Unit vectors: normal, and the direction to the eye with two perpendicular directions.
     normal: vec3f,
     to_eye: vec3f,
     across: vec3f,
@@ -53,7 +53,7 @@ fn receiver_of(words: vec4u, texel: vec2u, screen: Screen) -> Receiver {
     let square = dot(ray, ray) + 1.0;
     let inverse_length = inverseSqrt(square);
     let to_eye = vec3f(-ray, 1.0) * inverse_length;
-    // to_eye.z is positive, so x is never parallel to it but in the limit of a view of 180 degrees.
+    // to_eye.z is positive, so x is parallel to it only in the limit of a 180 degree field of view.
     let across = normalize(vec3f(to_eye.z, 0.0, -to_eye.x));
     return Receiver(
         pixel,
@@ -67,7 +67,7 @@ fn receiver_of(words: vec4u, texel: vec2u, screen: Screen) -> Receiver {
     );
 }
 
-/// A slice and its normal: that of the receiver, projected into the slice.
+/// A slice and its normal: the receiver's normal projected into the slice.
 struct Slice {
     tangent: vec3f,
     // Length of the projected normal.
@@ -78,29 +78,29 @@ struct Slice {
     sin_angle: f32,
 }
 
-/// The slice at an azimuth of `half_turns`, 0..1, around the direction to the eye. Azimuths that are uniform there give
-/// every direction of the hemisphere its share.
+/// The slice at an azimuth of `half_turns` half turns, 0..1, around the direction to the eye. Uniform azimuths cover
+/// the hemisphere uniformly.
 fn slice_of(receiver: Receiver, half_turns: f32) -> Slice {
-    // Sine and cosine as polynomials around the middle (minimax, within 6e-8).
+    // Sine and cosine as polynomials around the middle (minimax, error below 6e-8).
     let t = 2.0 * half_turns - 1.0;
     let w = t * t;
     let odd = (((1.5146412e-4 * w - 4.673777863e-3) * w + 0.0796897212) * w - 0.6459637266) * w + 1.5707963192;
     let cosine = -t * odd;
     let sine = (1.0 - w) * (((-8.567029e-4 * w + 0.0199512908) * w - 0.2336980269) * w + 0.9999999474);
     let tangent = cosine * receiver.across + sine * receiver.up;
-    // A shading normal may turn away from the eye; the hemisphere of one that grazes is the nearest that there is.
+    // A shading normal may face away from the eye. The nearest valid hemisphere is that of a grazing normal.
     let x = max(dot(receiver.normal, receiver.to_eye), 1e-4);
     let y = dot(receiver.normal, tangent);
     let square = x * x + y * y;
     let inverse = inverseSqrt(square);
-    let angle = turn_of(vec2f(x, abs(y))).angle;
+    let angle = angle_of(vec2f(x, abs(y))).angle;
     return Slice(tangent, square * inverse, select(-angle, angle, y > 0.0), x * inverse, y * inverse);
 }
 
 /// Cosine-weighted solid angle of a slice from the direction to the eye to angle h on one side, for a projected normal
-/// of length 1 (Jimenez et al. 2016, Equation 7). `sin_angle` is that of the normal, its sign turned where the side is the
-/// one away from the tangent. Multiplied by `weight`, its mean over all azimuths is the share of the hemisphere.
-fn arc(h: Turn, cos_angle: f32, sin_angle: f32) -> f32 {
+/// of length 1 (Jimenez et al. 2016, Equation 7). `sin_angle` is that of the normal, with its sign changed on the side
+/// opposite to the tangent. Its mean over all azimuths, multiplied by `weight`, is the share of the hemisphere.
+fn arc(h: Angle, cos_angle: f32, sin_angle: f32) -> f32 {
     return 0.25 * ((1.0 - h.cosine) * cos_angle + (2.0 * h.angle - h.sine) * sin_angle);
 }
 
@@ -109,31 +109,31 @@ fn arc_of_side(slice: Slice, sign: f32) -> f32 {
     return 0.5 * (slice.cos_angle + (slice.angle + sign * 0.5 * PI) * slice.sin_angle);
 }
 
-/// One of the two sides of a slice, as the screen shows it.
+/// One of the two sides of a slice on the screen.
 struct Side {
-    // +1 on the side of the tangent, -1 on the other.
+    // +1 on the side of the tangent, -1 on the other one.
     sign: f32,
-    // The receiver's place in texels from the middle of the first one, and texels for each pixel of way.
+    // The receiver's position in texels from the middle of the first texel, and texels per pixel of distance.
     start: vec2f,
     step: vec2f,
-    // What a pixel of way adds to the view ray, in the slice's own coordinates.
+    // Change of the view ray per pixel of distance, in coordinates of the slice.
     towards_eye: f32,
     along: f32,
-    // Way to walk, pixels: to the edge of the screen or to where the radius ends.
+    // Distance to walk, pixels: to the screen edge or to the end of the radius.
     reach: f32,
 }
 
-/// `radius` is in the receiver's depth.
+/// `radius` is in units of the receiver's depth.
 fn side_of(receiver: Receiver, slice: Slice, sign: f32, radius: f32, screen: Screen) -> Side {
-    // Where p + t tangent is seen as t grows. The sign comes last, so that both sides share what comes before.
+    // Screen direction of p + t tangent as t grows. The sign is applied last, so that both sides share the rest.
     let heading = (slice.tangent.xy + receiver.ray * slice.tangent.z) * screen.inverse_ray_scale;
     let along = inverseSqrt(max(dot(heading, heading), 1e-30));
     let step = sign * (heading * along);
     let towards_eye = -sign * (along * slice.tangent.z * receiver.ray_length);
-    // The way on which the screen ends...
+    // The distance at which the screen ends...
     let room = select(receiver.pixel, screen.size - receiver.pixel, step > vec2f(0.0)) / max(abs(step), vec2f(1e-6));
-    // ... and the one on which the ray leaves a ball of the radius around the receiver: it is seen under the angle whose
-    // sine is radius / distance. Without a tangent the ball holds the eye, and nothing leaves it.
+    // ... and the one at which the ray leaves a sphere of this radius around the receiver. The sphere is seen under the
+    // angle whose sine is radius / distance. Without a tangent the sphere contains the eye, and no ray leaves it.
     let sine = radius / receiver.ray_length;
     let tangent_of = sine * inverseSqrt(max(1.0 - sine * sine, 1e-30));
     let slope = along + tangent_of * towards_eye;
@@ -149,15 +149,15 @@ fn side_of(receiver: Receiver, slice: Slice, sign: f32, radius: f32, screen: Scr
     );
 }
 
-/// View ray, z = -1, of what is seen `way` pixels from the receiver, in the slice.
+/// View ray, z = -1, at a distance of `way` pixels from the receiver, in coordinates of the slice.
 fn ray_of(receiver: Receiver, side: Side, way: f32) -> vec2f {
     return vec2f(way * side.towards_eye - receiver.ray_length, way * side.along);
 }
 
 const SPACING_CONSTANT: u32 = 0u;
 
-/// Strides along a side: all of the same length, or each longer than the last by the same factor, from a texel on. Ends
-/// and samples go on alike, `way * factor + addend`.
+/// Strides along a side: of equal length, or each longer than the last by a constant factor, beginning with one texel.
+/// Ends and samples advance alike: `way * factor + addend`.
 struct Strides {
     factor: f32,
     addend: f32,
@@ -166,7 +166,7 @@ struct Strides {
     way: f32,
 }
 
-/// `steps` strides that reach to the end; samples stand at `jitter`, 0..1, of theirs.
+/// `steps` strides up to the end. Each sample is at `jitter`, 0..1, of its stride.
 fn strides_of(steps: f32, jitter: f32, reach: f32, scale: f32, spacing: u32) -> Strides {
     if spacing == SPACING_CONSTANT {
         let stride = reach / steps;
@@ -178,32 +178,32 @@ fn strides_of(steps: f32, jitter: f32, reach: f32, scale: f32, spacing: u32) -> 
     return Strides(factor, 0.0, first * factor, first * exp2(octaves * jitter));
 }
 
-/// The surface that a texel shows, taken for a plane: what stands on it lies in the slice exactly, wherever in the texel
-/// its pixel is, so that a plane does not hide itself. One over its depth is linear on the screen, and so along a side.
+/// The surface of a texel, taken as a plane. Its points lie exactly in the slice wherever in the texel the pixel is, so
+/// that a plane does not occlude itself. Its inverse depth is linear on the screen, so also along a side.
 struct Plane {
-    // One over depth, in that of the receiver: in the middle of the texel (0 for sky), where the sample stands, along the
-    // receiver's ray, and for each pixel of way.
+    // Inverse depth relative to the receiver's depth: in the middle of the texel (0 for sky), at the sample, along the
+    // receiver's ray, and per pixel of distance.
     own: f32,
     here: f32,
     first: f32,
     change: f32,
-    // Whether its front faces the receiver, as it faces the eye: it runs behind it.
+    // Whether its front faces the receiver, as it faces the eye. If so, the plane passes behind the receiver.
     faces: bool,
 }
 
-/// What is seen `way` pixels from the receiver: texel, and the way to there from its middle, in texels.
-struct Place {
+/// The texel at a distance of `way` pixels from the receiver, and the offset from its middle, in texels.
+struct TexelPosition {
     texel: vec2i,
     offset: vec2f,
 }
 
-fn seen_at(side: Side, way: f32) -> Place {
+fn seen_at(side: Side, way: f32) -> TexelPosition {
     let at = side.start + way * side.step;
     let texel = nearest_whole2(at);
-    return Place(texel, at - vec2f(texel));
+    return TexelPosition(texel, at - vec2f(texel));
 }
 
-/// The plane of a texel that is seen there.
+/// The plane of the texel at this position.
 fn plane_of(receiver: Receiver, side: Side, words: vec4u, offset: vec2f, way: f32) -> Plane {
     let own = plane_inverse_depth(words) * receiver.depth;
     let gradient = plane_gradient(words);
@@ -213,81 +213,81 @@ fn plane_of(receiver: Receiver, side: Side, words: vec4u, offset: vec2f, way: f3
     return Plane(own, here, first, change, first < 1.0);
 }
 
-/// A place that is seen along `ray`: coordinates in the slice times one over its depth, which stands in z. Directions need
-/// no division so.
-fn place_at(receiver: Receiver, ray: vec2f, inverse: f32) -> vec3f {
+/// A position seen along `ray`: coordinates in the slice times the inverse depth, which is in z. Directions then need
+/// no division.
+fn position_at(receiver: Receiver, ray: vec2f, inverse: f32) -> vec3f {
     return vec3f(receiver.ray_length * inverse + ray.x, ray.y, inverse);
 }
 
-/// Where the plane is seen `way` pixels from the receiver.
-fn place_on(plane: Plane, receiver: Receiver, side: Side, way: f32) -> vec3f {
-    // The plane of a texel is not followed to other depths than about its own.
+/// Position of the plane at a distance of `way` pixels from the receiver.
+fn position_on(plane: Plane, receiver: Receiver, side: Side, way: f32) -> vec3f {
+    // A plane is not extended to depths that differ much from its own.
     let inverse = least(most(plane.first + way * plane.change, 0.5 * plane.own), 2.0 * plane.own);
-    return place_at(receiver, ray_of(receiver, side, way), inverse);
+    return position_at(receiver, ray_of(receiver, side, way), inverse);
 }
 
-/// Whether a place is within a radius, in the receiver's depth. The sky, at an inverse depth of 0, never is.
-fn is_within(place: vec3f, radius: f32) -> bool {
-    let reach = radius * place.z;
-    return dot(place.xy, place.xy) <= reach * reach;
+/// Whether a position is within a radius, in units of the receiver's depth. The sky, with inverse depth 0, never is.
+fn is_within(position: vec3f, radius: f32) -> bool {
+    let reach = radius * position.z;
+    return dot(position.xy, position.xy) <= reach * reach;
 }
 
-/// The back of a place: farther from the eye by a thickness, in the receiver's depth, and by `slope` of its depth. `away`
-/// is the unit vector away from the eye.
-fn back_of(place: vec3f, away: vec2f, thickness: f32, slope: f32) -> vec2f {
-    return place.xy + away * (thickness * place.z + slope);
+/// The back of a position: farther from the eye by a thickness, in units of the receiver's depth, and by `slope` times
+/// its depth. `away` is the unit vector away from the eye.
+fn back_of(position: vec3f, away: vec2f, thickness: f32, slope: f32) -> vec2f {
+    return position.xy + away * (thickness * position.z + slope);
 }
 
-/// What the sample before showed: where it stood, and one over its depth; BEHIND_ALL for the sky.
+/// The previous sample: its distance, and its inverse depth; BEHIND_ALL for the sky.
 struct Before {
     way: f32,
     inverse: f32,
 }
 
 const BEHIND_ALL: f32 = -1e15;
-/// Nearest way to which a surface is extended, pixels: on the receiver's own ray a plane has no direction.
+/// Smallest distance to which a surface is extended, pixels. On the receiver's own ray a plane has no direction.
 const NEAREST: f32 = 0.05;
 
-/// Where a stride begins for a sample that stands for all of it.
+/// Start of the stride of a sample that stands for the whole stride.
 ///
-/// A surface that runs on behind what the sample before showed meets it on the way: it begins there, at the sample before
-/// at the earliest, or strides with an edge in them would lose the part that is before the sample.
+/// A surface that continues behind the previous sample's surface meets it on the way. The stride begins there, but not
+/// before the previous sample. Otherwise strides with an edge in them would lose the part before the sample.
 ///
-/// A surface that the receiver sees from behind ends on the way to it, because it does not hide it from the eye: it is not
-/// followed back farther than half the way, within which a ball hides nothing of itself.
+/// A surface that the receiver sees from behind ends between the two, because it does not occlude the receiver from the
+/// eye. It is not extended backwards by more than half the distance, within which a sphere does not occlude itself.
 fn begin_of(plane: Plane, begin: f32, way: f32, before: Before) -> f32 {
     let behind = plane.first + before.way * plane.change < before.inverse;
     return select(most(begin, 0.5 * way), select(begin, least(begin, before.way), behind), plane.faces);
 }
 
-/// An angle h from the direction to the eye, 0..pi, and the cosine and sine of its double.
-struct Turn {
+/// An angle h from the direction to the eye, 0..pi, and the cosine and sine of 2 h.
+struct Angle {
     angle: f32,
     cosine: f32,
     sine: f32,
 }
 
-/// That of a place other than the receiver, y >= 0. Doubles of angles need one division and no square root, and h itself is a polynomial in them:
-/// h = pi/4 - c p(s) for an h up to pi/2, c = cos 2h, s = sin 2h, p(s) = acos(s) / (2 sqrt(1 - s^2)); minimax, within 6e-5
-/// radians, a two-thousandth of one of 64 sectors.
-fn turn_of(place: vec2f) -> Turn {
-    let x = place.x * place.x;
-    let y = place.y * place.y;
+/// The angle of a position other than the receiver's, y >= 0. The double angle takes one division and no square root. h
+/// is a polynomial of it: h = pi/4 - c p(s) for h up to pi/2, c = cos 2h, s = sin 2h, p(s) = acos(s) / (2 sqrt(1 -
+/// s^2)); minimax, error below 6e-5 radians, 1/2000 of one of 64 sectors.
+fn angle_of(position: vec2f) -> Angle {
+    let x = position.x * position.x;
+    let y = position.y * position.y;
     let inverse = 1.0 / (x + y);
     let cosine = (x - y) * inverse;
-    let sine = 2.0 * place.x * place.y * inverse;
+    let sine = 2.0 * position.x * position.y * inverse;
     let s = abs(sine);
-    // Factors of s^2 apart, so that products do not wait for one another.
+    // The factors of s^2 are kept apart, so that products do not wait for each other.
     let w = s * s;
     let p = (0.0652049125 * w + 0.3651058225) * w + 0.7853981634 - (0.2174832319 * w + 0.4978230016) * s;
-    // From pi/2 to either side.
+    // Angle from pi/2 to either side.
     let from_middle = cosine * p + 0.25 * PI;
-    return Turn(0.5 * PI - select(from_middle, -from_middle, place.x < 0.0), cosine, sine);
+    return Angle(0.5 * PI - select(from_middle, -from_middle, position.x < 0.0), cosine, sine);
 }
 
-/// `arc` up to a place on one side, at most to the plane of the surface.
-fn arc_to(place: vec2f, slice: Slice, sign: f32) -> f32 {
+/// `arc` up to a position on one side, at most up to the plane of the surface.
+fn arc_to(position: vec2f, slice: Slice, sign: f32) -> f32 {
     let sin_angle = sign * slice.sin_angle;
-    let above = place.x * slice.cos_angle + place.y * sin_angle > 0.0;
-    return arc(turn_of(select(vec2f(-sin_angle, slice.cos_angle), place, above)), slice.cos_angle, sin_angle);
+    let above = position.x * slice.cos_angle + position.y * sin_angle > 0.0;
+    return arc(angle_of(select(vec2f(-sin_angle, slice.cos_angle), position, above)), slice.cos_angle, sin_angle);
 }

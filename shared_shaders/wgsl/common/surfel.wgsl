@@ -1,14 +1,13 @@
-// A surfel: what one texel of the pyramid knows about the surface it shows, in 128 bits, so that a
-// gather fetches once per sample.
+// A surfel: the surface of one texel of the pyramid in 128 bits, so that a gather needs one fetch per sample.
 //
-//   word 0  planar depth, float32, SKY_DEPTH where there is no surface
+//   word 0  planar depth, float32, SKY_DEPTH without a surface
 //   word 1  view-space normal, octahedral, 2 x 16 bits
 //   word 2  radiance red 12 | green 12 | blue low 8
 //   word 3  radiance blue high 4 | shared exponent 8 | pixel offset x 9 | pixel offset y 9
 //
-// The pixel offset names the full-resolution pixel, inside the texel's square, whose surface was
-// kept. Position is rebuilt through that pixel and not through the texel's centre: a coarse level of
-// a slanted plane stays exactly on that plane, and the plane does not light itself.
+// The pixel offset names the full-resolution pixel, inside the texel's square, whose surface is kept. The position is
+// reconstructed through that pixel, not through the texel's centre. The coarse level of a slanted plane thus stays
+// exactly on that plane, and the plane does not light itself.
 import package::common::math::{LARGEST_RADIANCE, octahedral_encode, octahedral_decode, octahedral_direction};
 import package::common::view::view_position;
 
@@ -20,8 +19,8 @@ struct Surfel {
     offset: vec2u,
 }
 
-// Radiance shares one exponent over 12-bit mantissas: float32's whole range at a relative error of
-// 2^-13 of the largest channel. Exponents under this bias (radiance under 2^-115) are black.
+// Radiance has 12-bit mantissas with a shared exponent: the whole range of float32 at a relative error of 2^-13 of the
+// largest channel. Radiance below 2^-115 is black.
 const EXPONENT_BIAS: u32 = 11u;
 
 fn pack_radiance(radiance: vec3f) -> vec2u {
@@ -30,7 +29,7 @@ fn pack_radiance(radiance: vec3f) -> vec2u {
     if exponent <= EXPONENT_BIAS {
         return vec2u(0u);
     }
-    // 2^(138 - exponent) brings the largest channel to 2048..4096.
+    // 2^(138 - exponent) scales the largest channel to 2048..4096.
     let scale = bitcast<f32>((265u - exponent) << 23u);
     let mantissa = min(vec3u(bounded * scale + 0.5), vec3u(4095u));
     return vec2u(
@@ -62,10 +61,10 @@ fn surfel_normal(words: vec4u) -> vec3f {
     return octahedral_decode(unpack2x16snorm(words.y));
 }
 
-/// What `pack2x16snorm` makes of 1.
+/// The value that `pack2x16snorm` stores for 1.
 const SNORM_16: f32 = 32767.0;
 
-/// The normal with a length between 0.57 and 1 times SNORM_16: whole numbers need no scaling back.
+/// The normal with a length between 0.57 and 1 times SNORM_16. Whole numbers need no rescaling.
 fn surfel_direction(words: vec4u) -> vec3f {
     return octahedral_direction(vec2f(vec2i(vec2u(words.y << 16u, words.y)) >> vec2u(16u)), SNORM_16);
 }

@@ -1,7 +1,7 @@
-// All textures of a scene in one buffer, filtered by hand: any sizes, one binding, and the same
-// values in the rasteriser and in the path tracer. The functions take the fetched words, because
-// WGSL cannot pass a storage buffer to a function; a shader that binds `texels` calls
-// `texture_footprint`, loads the four words and calls `filter_footprint`.
+// All textures of a scene in one buffer, filtered in the shader: textures of any size with one binding, and the same
+// values in the rasterizer and the path tracer. The functions take fetched words, because WGSL cannot pass a storage
+// buffer to a function. A shader that binds `texels` calls `texture_footprint`, loads the four words and calls
+// `filter_footprint`.
 import package::common::scene::decode_texel;
 
 struct Footprint {
@@ -11,9 +11,9 @@ struct Footprint {
     weights: vec2f,
 }
 
-/// Texels around `uv` in a texture whose header (width, height) stands at `start`; repeats.
+/// Texels around `uv` in a texture whose header (width, height) is at `start`; the texture repeats.
 fn texture_footprint(start: u32, size: vec2u, uv: vec2f) -> Footprint {
-    // fract before scaling keeps precision for coordinates far from the origin.
+    // `fract` before scaling keeps precision for coordinates far from the origin.
     let position = fract(uv) * vec2f(size) - 0.5;
     let base = floor(position);
     let low = (vec2i(base) + vec2i(size)) % vec2i(size);

@@ -1,8 +1,8 @@
-// From linear radiance to display values, and small helpers of the shaders that show a texture. Twin of
-// `metrics/src/tone.rs`, where the curve is explained; a test compares the two.
-import package::scan::tally::kinds;
+// Linear radiance to display values, and helpers of the shaders that show a texture. Twin of `metrics/src/tone.rs`,
+// which explains the curve; a test compares the two.
+import package::non_finite::tally::kinds;
 
-/// Display-linear value up to which the picture is exactly proportional to radiance.
+/// Display-linear value up to which the image is proportional to radiance.
 const SHOULDER_START: f32 = 0.8;
 
 /// Linear 0..1 to sRGB 0..1 (IEC 61966-2-1).
@@ -13,7 +13,8 @@ fn srgb_encode(linear: vec3f) -> vec3f {
 
 /// Display value (sRGB-encoded, 0..1) of linear radiance.
 fn tone_map(radiance: vec3f, exposure: f32) -> vec3f {
-    // Bounded before they are multiplied (radiance is stored up to 1e30): the product stays a number and keeps its hue.
+    // Bounded before the multiplication (stored radiance reaches 1e30), so that the product is finite and keeps its
+    // hue.
     let exposed = clamp(radiance, vec3f(0.0), vec3f(1e30)) * min(exposure, 1e8);
     let peak = max(exposed.x, max(exposed.y, exposed.z));
     let room = 1.0 - SHOULDER_START;
@@ -21,17 +22,17 @@ fn tone_map(radiance: vec3f, exposure: f32) -> vec3f {
     return srgb_encode(exposed * select(1.0, bent, peak > SHOULDER_START));
 }
 
-/// What a texture holds: twin of `Content` in `viewer/src/show.rs`.
+/// Contents of a texture. Twin of `Content` in `viewer/src/show.rs`.
 const CONTENT_RADIANCE: u32 = 0u;
 const CONTENT_NORMAL: u32 = 1u;
 const CONTENT_DEPTH: u32 = 2u;
 const CONTENT_REFLECTANCE: u32 = 3u;
 
-/// Colour for a value of this kind. `range` is the depth that shows as middle grey, scene units.
+/// Colour for a value of this kind. `range` is the depth shown as middle grey, scene units.
 fn shown(content: u32, value: vec3f, exposure: f32, range: f32) -> vec3f {
     switch content {
         case CONTENT_NORMAL: {
-            // No surface, no normal: black.
+            // Without a surface there is no normal: black.
             return select(0.5 + 0.5 * value, vec3f(0.0), all(value == vec3f(0.0)));
         }
         case CONTENT_DEPTH: {
@@ -46,11 +47,11 @@ fn shown(content: u32, value: vec3f, exposure: f32, range: f32) -> vec3f {
     }
 }
 
-/// Colours of what should not be there, which no curve above gives to a whole surface by chance.
+/// Colours of invalid values. No curve above gives them to a whole surface.
 const NOT_FINITE_COLOUR: vec3f = vec3f(1.0, 0.0, 1.0);
 const CLAMPED_COLOUR: vec3f = vec3f(0.0, 1.0, 1.0);
 
-/// The colour of a value, or the one that says that it is NaN, infinite or at `limit`, the largest number of its format.
+/// The colour of a value; a marker colour if it is NaN, infinite or at `limit`, the largest number of its format.
 fn marked(colour: vec3f, value: vec3f, limit: f32) -> vec3f {
     let bits = bitcast<vec3u>(value);
     let found = kinds(bits.x, limit) + kinds(bits.y, limit) + kinds(bits.z, limit);

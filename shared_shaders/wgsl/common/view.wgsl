@@ -1,4 +1,4 @@
-// A view (a camera with a G-buffer), and the only two functions that change resolution.
+// A view (a camera with a G-buffer), and the only two functions that change the resolution of coordinates.
 
 struct View {
     world_to_view: mat4x4f,
@@ -9,7 +9,7 @@ struct View {
     display_size: vec2f,
     // Distance of the near plane, scene units.
     near: f32,
-    // Number of the frame and the user's seed, for `random3`.
+    // Frame number and the user's seed, for `random3`.
     frame: u32,
     seed: u32,
 }
@@ -26,17 +26,17 @@ fn texel_of_uv(uv: vec2f, scale: f32, display_size: vec2f) -> vec2f {
     return uv * display_size / scale;
 }
 
-/// View-space position of a point seen at `uv` at planar depth `depth`.
+/// View-space position of a point seen at `uv` with planar depth `depth`.
 fn view_position(uv: vec2f, depth: f32, tan_half_fov: vec2f) -> vec3f {
     return vec3f((uv * 2.0 - 1.0) * vec2f(1.0, -1.0) * tan_half_fov, -1.0) * depth;
 }
 
-/// Where a point of view space stands on the screen, in full-resolution pixels; it must lie before the eye.
+/// Screen position of a view-space point in front of the eye, in full-resolution pixels.
 fn pixel_of(position: vec3f, tan_half_fov: vec2f, display_size: vec2f) -> vec2f {
     return (position.xy / (-position.z * tan_half_fov) * vec2f(0.5, -0.5) + 0.5) * display_size;
 }
 
-/// Stored depth of a pixel that shows no surface.
+/// Stored depth of a pixel without a surface.
 const SKY_DEPTH: f32 = 0.0;
 
 /// Reversed-Z projection with an infinite far plane.

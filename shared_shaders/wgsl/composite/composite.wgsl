@@ -1,6 +1,6 @@
 // variants: float16, glossy, transmitted
-// final = direct + albedo * indirect (Soler 2009, section 4), with `glossy` + Ks * glossy (2010), with
-// `transmitted` + what passes translucent surfaces.
+// final = direct + albedo * indirect (Soler 2009, section 4). With `glossy`, + Ks * glossy (2010). With `transmitted`,
+// + light that passes translucent surfaces.
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 @if(glossy) import package::common::scene::Material;
 
@@ -14,8 +14,8 @@
 @if(glossy) @group(0) @binding(6) var<storage, read> materials: array<Material>;
 @if(transmitted) @group(0) @binding(7) var transmitted: texture_2d<f32>;
 
-// One invocation serves four pixels, a workgroup's width apart, so that starting it costs less than
-// its work and neighbours still read neighbours.
+// One invocation computes four pixels, a workgroup's width apart. This reduces the cost of starting invocations, and
+// neighbouring invocations still read neighbouring pixels.
 const PIXELS: u32 = 4u;
 const WIDTH: u32 = 8u;
 
@@ -28,7 +28,7 @@ fn composite(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
             let incident = textureLoad(indirect, pixel, 0).rgb;
             var radiance = textureLoad(direct, pixel, 0).rgb + textureLoad(albedo, pixel, 0).rgb * incident;
             @if(glossy) {
-                // Where nothing is seen the material is the first one, and no light arrives.
+                // Without a surface the material is the first one, and no light arrives.
                 let specular = materials[textureLoad(material, pixel, 0).x].specular;
                 radiance += specular * textureLoad(glossy, pixel, 0).rgb;
             }

@@ -1,11 +1,10 @@
-// variants: openness, packed
-// One pass of a spatial filter over noisy light, or with `openness` over one number a texel, or with `packed` over surfels
-// whose radiance is the light: 3x3 taps, joint bilateral
-// (surfaces from depth and normal), `spacing` texels apart. Passes with spacings 1, 2, 4 widen it at the same cost each
-// (Dammertz et al. 2010).
+// variants: ambient_visibility, packed
+// One pass of a spatial filter over noisy light; with `ambient_visibility`, over one number per texel; with `packed`,
+// over surfels whose radiance is the light. It has 3x3 taps, `spacing` texels apart, with joint bilateral weights from
+// depth and normal. Passes with spacings 1, 2 and 4 widen the filter at equal cost (Dammertz et al. 2010).
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
-@if(packed && !openness) import package::common::surfel::{surfel_radiance, with_radiance};
+@if(packed && !ambient_visibility) import package::common::surfel::{surfel_radiance, with_radiance};
 import package::hierarchical::bilateral::{surface_weight, inverse_tolerance};
 
 struct Params {
@@ -18,10 +17,10 @@ struct Params {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
-@if(!packed || openness) @group(0) @binding(3) var noisy: texture_2d<f32>;
-@if(packed && !openness) @group(0) @binding(4) var smoothed: texture_storage_2d<rgba32uint, write>;
-@if(!openness && !packed) @group(0) @binding(4) var smoothed: texture_storage_2d<rgba32float, write>;
-@if(openness) @group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
+@if(!packed || ambient_visibility) @group(0) @binding(3) var noisy: texture_2d<f32>;
+@if(packed && !ambient_visibility) @group(0) @binding(4) var smoothed: texture_storage_2d<rgba32uint, write>;
+@if(!ambient_visibility && !packed) @group(0) @binding(4) var smoothed: texture_storage_2d<rgba32float, write>;
+@if(ambient_visibility) @group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(8, 8)
 fn denoise(@builtin(global_invocation_id) id: vec3u) {
@@ -31,8 +30,8 @@ fn denoise(@builtin(global_invocation_id) id: vec3u) {
     }
     let words = textureLoad(surfels, id.xy, 0);
     if surfel_depth(words) <= SKY_DEPTH {
-        @if(packed && !openness) { textureStore(smoothed, id.xy, vec4u(0u)); }
-        @if(!packed || openness) { textureStore(smoothed, id.xy, vec4f(0.0)); }
+        @if(packed && !ambient_visibility) { textureStore(smoothed, id.xy, vec4u(0u)); }
+        @if(!packed || ambient_visibility) { textureStore(smoothed, id.xy, vec4f(0.0)); }
         return;
     }
     let normal = surfel_normal(words);
@@ -51,16 +50,16 @@ fn denoise(@builtin(global_invocation_id) id: vec3u) {
         if surfel_depth(other) <= SKY_DEPTH {
             continue;
         }
-        let place = surfel_position(other, vec2u(tap), params.scale, view.display_size, view.tan_half_fov);
-        // The kernel is flat: its nine taps see the lattice of random numbers cancel.
-        let distance = dot(normal, place - position) * tolerance;
+        let tap_position = surfel_position(other, vec2u(tap), params.scale, view.display_size, view.tan_half_fov);
+        // The kernel is flat, so that the stratified random numbers of its nine taps cancel.
+        let distance = dot(normal, tap_position - position) * tolerance;
         let weight = surface_weight(distance, dot(normal, surfel_normal(other)));
-        @if(packed && !openness) { sum += weight * vec4f(surfel_radiance(other), 0.0); }
-        @if(!packed || openness) { sum += weight * textureLoad(noisy, tap, 0); }
+        @if(packed && !ambient_visibility) { sum += weight * vec4f(surfel_radiance(other), 0.0); }
+        @if(!packed || ambient_visibility) { sum += weight * textureLoad(noisy, tap, 0); }
         weights += weight;
     }
-    // The texel itself has weight 1.
+    // The centre tap has weight 1.
     let mean = sum / max(weights, 1e-4);
-    @if(packed && !openness) { textureStore(smoothed, id.xy, with_radiance(words, mean.rgb)); }
-    @if(!packed || openness) { textureStore(smoothed, id.xy, mean); }
+    @if(packed && !ambient_visibility) { textureStore(smoothed, id.xy, with_radiance(words, mean.rgb)); }
+    @if(!packed || ambient_visibility) { textureStore(smoothed, id.xy, mean); }
 }

@@ -1,5 +1,5 @@
 // variants: lit, emitters
-// Radiance that leaves each visible surface after direct light only, diffuse part, plus emission.
+// Radiance that leaves each visible surface after direct light, diffuse part, plus emission.
 import package::common::math::{LARGEST_RADIANCE, PI};
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 @if(lit) import package::common::scene::{Light, light_incidence};
@@ -17,11 +17,11 @@ import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 @if(emitters) @group(0) @binding(9) var material: texture_2d<u32>;
 @if(emitters) @group(0) @binding(10) var<storage, read> materials: array<Material>;
 
-// One layer of the shadow maps: a directional or spot light has one, a point light six.
+// One layer of the shadow maps. A directional or spot light has one layer, a point light six.
 @if(lit)
 struct ShadowLayer {
     world_to_clip: mat4x4f,
-    // Width of a shadow texel: in scene units (directional), or for each unit of distance.
+    // Width of a shadow texel: scene units (directional), otherwise per unit of distance.
     texel_width: f32,
     unused_0: f32,
     unused_1: f32,
@@ -29,9 +29,9 @@ struct ShadowLayer {
 }
 
 @if(lit)
-override LIGHTS: u32 = 1u;
+override LIGHTS: u32;
 
-/// Face of a cube that a direction points to: +x, -x, +y, -y, +z, -z.
+/// Cube face that a direction points to: +x, -x, +y, -y, +z, -z.
 @if(lit)
 fn cube_face(direction: vec3f) -> u32 {
     let a = abs(direction);
@@ -44,7 +44,7 @@ fn cube_face(direction: vec3f) -> u32 {
     return select(4u, 5u, direction.z < 0.0);
 }
 
-/// Share of the light that arrives, 0..1: 3x3 bilinear comparisons with binomial weights.
+/// Visibility of the light, 0..1: 3x3 bilinear comparisons with binomial weights.
 @if(lit)
 fn shadow(light: Light, position: vec3f, surface_normal: vec3f, distance: f32) -> f32 {
     var layer = light.shadow_layer;
@@ -52,8 +52,8 @@ fn shadow(light: Light, position: vec3f, surface_normal: vec3f, distance: f32) -
         layer += cube_face(position - light.vector);
     }
     let entry = shadow_layers[layer];
-    // Two texels along the normal clear the filter's footprint on any slope: no acne, and no
-    // depth bias that would detach shadows from thin walls seen at an angle.
+    // An offset of two texels along the normal clears the filter's footprint on any slope. It avoids acne without a
+    // depth bias, which would detach shadows from thin walls at grazing angles.
     let texel = entry.texel_width * select(1.0, distance, distance > 0.0);
     let clip = entry.world_to_clip * vec4f(position + surface_normal * (2.0 * texel), 1.0);
     let ndc = clip.xyz / clip.w;

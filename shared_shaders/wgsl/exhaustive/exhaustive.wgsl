@@ -1,5 +1,5 @@
-// Every pixel sums over every pixel (Equation 4 at full resolution, no hierarchy, no sampling): what
-// a hierarchical gather converges to when its estimator and its pyramid are perfect.
+// Every pixel sums over every pixel (Equation 4 at full resolution, without hierarchy or sampling). A hierarchical
+// gather converges to this if its estimator and its pyramid are exact.
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::common::form_factor::{form_factor, pixel_area_factor};
 
@@ -17,7 +17,7 @@ struct Params {
 @group(0) @binding(5) var partial_sum: texture_2d<f32>;
 @group(0) @binding(6) var indirect: texture_storage_2d<rgba32float, write>;
 
-override POINT_TO_DISC: bool = true;
+override POINT_TO_DISC: bool;
 
 @compute @workgroup_size(8, 8)
 fn exhaustive(@builtin(global_invocation_id) id: vec3u) {
@@ -32,11 +32,11 @@ fn exhaustive(@builtin(global_invocation_id) id: vec3u) {
             sum = textureLoad(partial_sum, id.xy, 0).rgb;
         }
         let own_normal = textureLoad(normal, id.xy, 0).xyz;
-        // Lengths are counted in the receiver's depth, as `form_factor` asks.
+        // Lengths are in units of the receiver's depth, as `form_factor` expects.
         let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), 1.0, view.tan_half_fov);
         let area = pixel_area_factor(view.tan_half_fov, view.display_size);
         for (var y = params.first_row; y < params.end_row; y++) {
-            // A sum of its own for each row keeps float32 rounding small.
+            // A separate sum for each row keeps the float32 rounding error small.
             var row = vec3f(0.0);
             for (var x = 0u; x < size.x; x++) {
                 let texel = vec2u(x, y);

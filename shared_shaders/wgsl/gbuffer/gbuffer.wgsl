@@ -1,17 +1,17 @@
-// variants: alpha_tested, textured, material_id, moving, object_id
-// What the camera sees: depth, normal, albedo and, where a later pass looks them up, which material and
-// which moving object.
+// variants: alpha_tested, textured, material_id, animated, object_id
+// The G-buffer: depth, normal and albedo of what the camera sees, and, where a later pass needs them, the index of the
+// material and of the animated object.
 import package::common::view::{View, project};
 import package::common::scene::{Vertex, Material, vertex_normal};
 @if(textured) import package::common::scene::NO_TEXTURE;
-@if(moving) import package::common::scene::{Object, transform_normal};
+@if(animated) import package::common::scene::{Object, transform_normal};
 @if(alpha_tested) import package::common::scene_textures::is_hole;
 @if(textured) import package::common::scene_textures::sample_texture;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> materials: array<Material>;
-@if(moving) @group(0) @binding(3) var<storage, read> objects: array<Object>;
+@if(animated) @group(0) @binding(3) var<storage, read> objects: array<Object>;
 
 struct Varyings {
     @builtin(position) clip: vec4f,
@@ -36,7 +36,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
     let source = vertices[index];
     var world = vec4f(source.position, 1.0);
     var world_normal = vertex_normal(source);
-    @if(moving) {
+    @if(animated) {
         let to_world = objects[source.object].to_world;
         world = to_world * world;
         world_normal = normalize(transform_normal(to_world, world_normal));
@@ -54,7 +54,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
 
 @fragment
 fn fragment(in: Varyings) -> Targets {
-    // Where opposite vertex normals cancel, the triangle's own plane is the best answer.
+    // If opposite vertex normals cancel, use the normal of the triangle.
     let flat_normal = cross(dpdx(in.position), dpdy(in.position));
     let material = materials[in.material];
     @if(alpha_tested) {

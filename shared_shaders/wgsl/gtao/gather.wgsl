@@ -1,20 +1,21 @@
-// Ground-truth ambient occlusion (Jimenez et al. 2016): openness between the horizons of both sides of each slice, where
-// everything that is seen reaches back without end. With FALLS occluders lose their weight towards the radius.
+// Ground-truth ambient occlusion (Jimenez et al. 2016): ambient visibility between the horizons of both sides of each
+// slice. Surfaces are infinitely thick. With FALLS, the weight of occluders decreases towards the radius.
 import package::common::math::{most, spread2};
 import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
 import package::common::slice::{
-    Screen, Receiver, Slice, Side, Strides, Place, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
-    place_at, ray_of, arc_to,
+    Screen, Receiver, Slice, Side, Strides, TexelPosition, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
+    position_at, ray_of, arc_to,
 };
+import package::common::streams::SLICE_STREAM;
 
 struct Params {
     // Width of a texel in full-resolution pixels.
     scale: f32,
     // Scene units.
     radius: f32,
-    // Part of the radius, at its end, over which an occluder's weight falls from 1 to 0.
+    // Share of the radius, at its end, over which the weight of an occluder decreases from 1 to 0.
     falloff: f32,
 }
 
@@ -24,18 +25,17 @@ struct Params {
 @group(0) @binding(5) var planes: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
-override SLICES: u32 = 1u;
-override STEPS: u32 = 12u;
-override SPACING: u32 = 1u;
-override JITTER: bool = true;
-// Whether there is a falloff.
-override FALLS: bool = false;
+override SLICES: u32;
+override STEPS: u32;
+override SPACING: u32;
+override JITTER: bool;
+// Whether the weights have a falloff.
+override FALLS: bool;
 
-// Streams of random numbers, and what sets successive slices apart: those of the bitmask, so that both see the same samples.
-const SLICE_STREAM: u32 = 2048u;
 const GOLDEN: f32 = 0.6180339887498949;
 
-/// One side of a slice, where its next sample stands, and the cosine of its horizon so far, from that of the surface's plane.
+/// One side of a slice: the position of its next sample, and the cosine of its horizon so far. The horizon begins at
+/// the plane of the surface.
 struct Walk {
     side: Side,
     strides: Strides,
@@ -51,15 +51,16 @@ fn begin_walk(receiver: Receiver, slice: Slice, radius: f32, sign: f32, jitter: 
     return Walk(side, strides, strides.way, lowest, lowest);
 }
 
-/// Takes in what the texel of the walk's sample shows, and steps on. `fade` is one over the length on which weights fall.
-fn take(walk: ptr<function, Walk>, receiver: Receiver, radius: f32, fade: f32, seen: Place, words: vec4u) {
+/// Adds the texel of the walk's sample and advances the walk. `fade` is the inverse of the length over which weights
+/// decrease.
+fn take(walk: ptr<function, Walk>, receiver: Receiver, radius: f32, fade: f32, seen: TexelPosition, words: vec4u) {
     let side = (*walk).side;
     let lowest = (*walk).lowest;
     let plane = plane_of(receiver, side, words, seen.offset, (*walk).way);
-    let place = place_at(receiver, ray_of(receiver, side, (*walk).way), plane.here);
-    var cosine = place.x * inverseSqrt(dot(place.xy, place.xy));
+    let position = position_at(receiver, ray_of(receiver, side, (*walk).way), plane.here);
+    var cosine = position.x * inverseSqrt(dot(position.xy, position.xy));
     if FALLS {
-        let distance = length(place.xy) / most(place.z, 1e-15);
+        let distance = length(position.xy) / most(position.z, 1e-15);
         cosine = mix(lowest, cosine, saturate((radius - distance) * fade));
     }
     (*walk).horizon = most(select(lowest, cosine, plane.own > 0.0), (*walk).horizon);
@@ -96,7 +97,7 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
         var right = begin_walk(receiver, slice, radius, 1.0, jitter, screen);
         var left = begin_walk(receiver, slice, radius, -1.0, other, screen);
         for (var step = 0u; step < STEPS; step++) {
-            // Both fetches first: one waits for memory while the other does.
+            // Both fetches come first, so that their latencies overlap.
             let seen_right = seen_at(right.side, right.way);
             let seen_left = seen_at(left.side, left.way);
             let words_right = textureLoad(planes, seen_right.texel, 0);
@@ -105,10 +106,10 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
             take(&left, receiver, radius, fade, seen_left, words_left);
         }
         let arcs = open_arc(right, slice) + open_arc(left, slice);
-        // What is hidden is taken from 1, so that the weights of single slices bring no noise to what is open.
+        // The occluded part is subtracted from 1, so that the weights of single slices add no noise to open receivers.
         let all = slice.cos_angle + slice.angle * slice.sin_angle;
         open -= slice.weight * (all - arcs) / f32(SLICES);
     }
-    // Weights of single slices may hide more than everything, rounding may open more.
+    // The weights of single slices may occlude more than everything, and rounding may open more.
     textureStore(gathered, pixel, vec4f(saturate(open)));
 }

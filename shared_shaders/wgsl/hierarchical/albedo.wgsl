@@ -1,6 +1,6 @@
 // variants: receive_only
-// Albedo of the finest surfels: the mean over the pixels of a texel that show its surface. Sky counts as black, as it
-// does for radiance in `pyramid.wgsl`, and so do, with `receive_only`, surfaces that send no light.
+// Albedo of the finest surfels: the mean over those pixels of a texel that show its surface. Sky counts as black, like
+// its radiance in `pyramid.wgsl`. With `receive_only`, so do surfaces that send no light.
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::hierarchical::same_surface::{same_surface, square_width};
@@ -18,7 +18,7 @@ struct Params {
 @group(0) @binding(5) var albedo: texture_2d<f32>;
 @group(0) @binding(6) var surfel_albedo: texture_storage_2d<rgba16float, write>;
 @if(receive_only) @group(0) @binding(7) var material: texture_2d<u32>;
-// One word a material: 1 where it only receives.
+// One word per material: 1 if it receives light but sends none.
 @if(receive_only) @group(0) @binding(8) var<storage, read> receive_only: array<u32>;
 
 @compute @workgroup_size(8, 8)
@@ -49,7 +49,7 @@ fn average_albedo(@builtin(global_invocation_id) id: vec3u) {
         solid += 1.0;
         let n = textureLoad(normal, pixel, 0).xyz;
         let position = view_position(uv_of_texel(pixel, 1.0, view.display_size), d, view.tan_half_fov);
-        // A texel of one pixel is its own surface, whatever its normal was rounded to.
+        // A texel of one pixel shows its own surface, whatever the rounding of its normal.
         if same_surface(own_normal, own, n, position, width) || children == 1u {
             @if(!receive_only) { sum += textureLoad(albedo, pixel, 0).rgb; }
             @if(receive_only) {

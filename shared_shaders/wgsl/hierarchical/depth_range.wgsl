@@ -1,13 +1,13 @@
-// Nearest and farthest depth of the finest level's surfels: what the slices of the voxel grid span.
+// Nearest and farthest depth of the finest level's surfels. The slices of the froxel grid span this range.
 import package::common::surfel::surfel_depth;
 import package::common::view::SKY_DEPTH;
 
 @group(0) @binding(0) var surfels: texture_2d<u32>;
-// Bits of positive floats order like whole numbers: the complement of the nearest one, then the farthest one. Both are
-// largest values, so that a buffer of zeros is where they start.
+// The bits of positive floats order like whole numbers. The buffer holds the complement of the nearest depth, then the
+// farthest depth. Both are maxima, so a buffer of zeros is the initial value.
 @group(0) @binding(1) var<storage, read_write> depth_range: array<atomic<u32>>;
 
-// Width of the square of texels that one invocation looks at: few enough atomics, enough invocations.
+// Width of the square of texels that one invocation reads: few atomics, but enough invocations.
 const SQUARE: u32 = 8u;
 
 @compute @workgroup_size(8, 8)

@@ -1,5 +1,6 @@
-// The roofline of the gather: fetches exactly the texels that `gather.wgsl` fetches, in the same order
-// and from the same texture, and only adds them up. For benchmarks; no frame has it.
+// Roofline of the gather: fetches the same texels as `gather.wgsl`, in the same order and from the same texture, and
+// only adds them. For benchmarks; no frame uses it.
+import package::common::math::GOLDEN_ROTATION;
 import package::common::math::spread2;
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
@@ -17,9 +18,7 @@ struct Params {
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var sums: texture_storage_2d<rgba32float, write>;
 
-override SAMPLES: u32 = 64u;
-
-const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
+override SAMPLES: u32;
 
 @compute @workgroup_size(8, 8)
 fn fetch(@builtin(global_invocation_id) id: vec3u) {
@@ -39,14 +38,14 @@ fn fetch(@builtin(global_invocation_id) id: vec3u) {
     var square = params.inner_square + step * random.x;
     let angle = 6.283185307179586 * random.y;
     var direction = vec2f(cos(angle), sin(angle));
-    // Every word counts, so that no part of a fetch can be left out.
+    // Every word counts, so that the compiler cannot remove part of a fetch.
     var sum = vec4u(0u);
     for (var i = 0u; i < SAMPLES; i++) {
         let point = centre + sqrt(square) * direction;
         square += step;
         direction = vec2f(
-            direction.x * TURN.x - direction.y * TURN.y,
-            direction.x * TURN.y + direction.y * TURN.x,
+            direction.x * GOLDEN_ROTATION.x - direction.y * GOLDEN_ROTATION.y,
+            direction.x * GOLDEN_ROTATION.y + direction.y * GOLDEN_ROTATION.x,
         );
         if all(abs(point - half_extent) < half_extent) {
             sum += textureLoad(surfels, vec2i(floor(point)), 0);

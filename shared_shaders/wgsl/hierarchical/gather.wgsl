@@ -1,8 +1,9 @@
 // variants: visibility, glossy, near
-// Indirect light that each texel of one level receives from a ring around it (Soler 2009, section 3.2).
-// With `glossy`, what it sends on in its mirror direction towards the eye, for each unit of Ks (2010, section 4).
-// With `visibility`, only from what the voxel grid does not hide (2010). With `near`, only from what is closer than a border:
-// the rest comes from the lights' views.
+// Indirect light that each texel of one level receives from a ring around it (Soler 2009, section 3.2). With `glossy`,
+// the light that it sends in its mirror direction to the eye, per unit of Ks (2010, section 4). With `visibility`, the
+// froxel grid occludes (2010). With `near`, only sources within the near-field distance; the rest comes from the
+// reflective shadow maps.
+import package::common::math::GOLDEN_ROTATION;
 @if(visibility) import package::common::math::largest;
 import package::common::math::spread2;
 import package::common::view::{View, SKY_DEPTH};
@@ -15,11 +16,12 @@ import package::common::surfel::{
     LobeOnScreen, phong_lobe, screen_direction, draw_angle, inverse_density, lobe_on_screen, draw_heading, draw_square,
 };
 import package::common::form_factor::{form_factor, pixel_area_factor};
-@if(visibility) import package::common::voxels::{
+@if(visibility) import package::common::froxels::{
     Slices, slices_of_range, slice_of_depth, slice_thickness, slice_mask, WORD_SHIFT,
 };
+@if(visibility) import package::common::streams::HIERARCHICAL_VISIBILITY_STREAM;
 @if(visibility) import package::hierarchical::march::{
-    March, begin_march, slice_at, clear_of_plane, place_of_fraction,
+    March, begin_march, slice_at, clear_of_plane, screen_fraction,
 };
 
 struct Params {
@@ -30,12 +32,13 @@ struct Params {
     outer_square: f32,
     // Screen area that the disc of one sample covers, in full-resolution pixels...
     disc_area: f32,
-    // ...and how many such discs one sample stands for.
+    // ...and number of such discs that one sample stands for.
     discs: f32,
-    // Stream of random numbers: the level.
+    // Random-number stream: level and bounce.
     level: u32,
-    // Border between what the screen and what the lights' views send, scene units.
-    @if(near) border: f32,
+    // Near-field distance: the screen provides light from nearer sources, the reflective shadow maps from farther ones;
+    // scene units.
+    @if(near) near_field_distance: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -43,37 +46,30 @@ struct Params {
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(visibility) @group(0) @binding(4) var<storage, read> depth_range: array<u32>;
-@if(visibility) @group(0) @binding(5) var voxels: texture_2d_array<u32>;
+@if(visibility) @group(0) @binding(5) var froxels: texture_2d_array<u32>;
 @if(glossy) @group(0) @binding(8) var material: texture_2d<u32>;
 @if(glossy) @group(0) @binding(9) var<storage, read> materials: array<Material>;
 
-override SAMPLES: u32 = 64u;
+override SAMPLES: u32;
 // Equation 4 (true) or Equation 3 (false).
-override POINT_TO_DISC: bool = true;
-// How samples are drawn: as many everywhere (0), in the paper's screen directions (1), where the mirror lobe's light
-// comes from (2).
-@if(glossy) override IMPORTANCE: u32 = 2u;
-// Successive samples that share one ray through the grid.
-@if(visibility) override SAMPLES_PER_RAY: u32 = 16u;
-// Whether a filter averages successive frames, which then share out the directions between them.
-override OVER_FRAMES: bool = false;
+override POINT_TO_DISC: bool;
+// Sampling density: 0 uniform, 1 the paper's screen directions, 2 the directions and reach of the mirror lobe.
+@if(glossy) override IMPORTANCE: u32;
+// Number of successive samples that share one ray through the grid.
+@if(visibility) override SAMPLES_PER_RAY: u32;
+// Whether a temporal filter averages successive frames. The directions are then stratified over frames.
+override OVER_FRAMES: bool;
 
-// cos and sin of the golden angle: successive samples turn by it, which spreads any number of them
-// evenly over the circle (Vogel 1979).
-const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
-
-// Streams of random numbers after those of the levels of all bounces.
-@if(visibility) const VISIBILITY_STREAM: u32 = 1024u;
-// The largest float under 1: a number that shares are compared with stays under a share of all.
+// The largest float below 1. A random number clamped to it stays below the total.
 @if(visibility) const BELOW_ONE: f32 = 0.99999994;
-// Under this, light counts as none.
+// Light below this counts as none.
 @if(visibility) const SMALLEST_LIGHT: f32 = 1e-36;
 
-// A surface at either end of a ray; lengths are in the receiver's depth.
+// One end of a ray. Lengths are in units of the receiver's depth.
 @if(visibility)
 struct End {
-    // Place in texels of the level, view ray with z = -1, depth, normal of any length.
-    place: vec2f,
+    // Position in texels of the level, view ray with z = -1, depth, and a normal of any length.
+    texel: vec2f,
     ray: vec3f,
     depth: f32,
     normal: vec3f,
@@ -86,12 +82,12 @@ fn end_at(words: vec4u, texel: vec2f, unit: f32) -> End {
     return End(pixel / params.scale, ray, surfel_depth(words) * unit, surfel_direction(words));
 }
 
-/// Whether nothing in the grid of this level hides `source` from `receiver`. `unit` is one over the receiver's depth
-/// in scene units.
+/// Whether no occluder in the grid of this level lies between `receiver` and `source`. `unit` is the inverse of the
+/// receiver's depth in scene units.
 @if(visibility)
 fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
     let toward = source.ray * source.depth - receiver.ray;
-    // Width of a column and of a slice, for each unit of depth.
+    // Width and depth of a froxel, per unit of depth.
     let column = 2.0 * params.scale * view.tan_half_fov / view.display_size;
     let slice = slice_thickness(slices);
     let near = clear_of_plane(
@@ -118,12 +114,12 @@ fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
         return true;
     }
     var march = begin_march(
-        receiver.place,
-        source.place,
+        receiver.texel,
+        source.texel,
         source.depth,
         vec2f(slice_of_depth(1.0 / unit, slices), slices.per_octave),
-        place_of_fraction(near, source.depth),
-        place_of_fraction(far, source.depth),
+        screen_fraction(near, source.depth),
+        screen_fraction(far, source.depth),
     );
     var blockers = 0u;
     while march.at < march.end && blockers == 0u {
@@ -132,11 +128,11 @@ fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
         let first = min(march.entry, slice);
         let last = max(march.entry, slice);
         let word = first >> WORD_SHIFT;
-        blockers = textureLoad(voxels, march.column, word, 0).x & slice_mask(first, last, word);
-        // Rarely other words hold the rest.
+        blockers = textureLoad(froxels, march.column, word, 0).x & slice_mask(first, last, word);
+        // Only long spans continue in other words.
         if word != (last >> WORD_SHIFT) {
             for (var next = word + 1; next <= (last >> WORD_SHIFT); next++) {
-                blockers |= textureLoad(voxels, march.column, next, 0).x & slice_mask(first, last, next);
+                blockers |= textureLoad(froxels, march.column, next, 0).x & slice_mask(first, last, next);
             }
         }
         march.entry = slice;
@@ -147,12 +143,12 @@ fn sees(receiver: End, source: End, slices: Slices, unit: f32) -> bool {
     return blockers == 0u;
 }
 
-// What is the same for all samples of a receiver. Lengths are counted in the receiver's depth, so world units cannot
+// Values that all samples of a receiver share. Lengths are in units of the receiver's depth, so that scene units cannot
 // leave float32's range.
 struct Receiver {
     normal: vec3f,
     position: vec3f,
-    // One over its depth in scene units.
+    // Inverse of its depth in scene units.
     unit: f32,
     // K dP of Equation 2 for the disc of one sample.
     area: f32,
@@ -166,12 +162,11 @@ struct Receiver {
     @if(glossy) exponent: f32,
 }
 
-/// Form factor of the surfel whose words stand in the texel of `point`.
+/// Form factor of the surfel in the texel that contains `point`.
 fn sample_factor(receiver: Receiver, point: vec2f, words: vec4u) -> f32 {
-    // Off the screen there is nothing to gather. The last texels of a row or column may reach beyond
-    // it, so the point decides and not its texel: otherwise their light would count too often.
-    // Black texels and sky carry zero radiance and need no test: a mask around the arithmetic costs
-    // more than it saves.
+    // There is nothing to gather off the screen. The last texels of a row or column may reach beyond it, so the point
+    // decides, not its texel. Otherwise their light would count too often. Black texels and sky have zero radiance and
+    // need no test, because masking the arithmetic costs more than it saves.
     let on_screen = all(abs(point - receiver.half_extent) < receiver.half_extent);
     let depth = surfel_depth(words) * receiver.unit;
     let pixel = floor(point) * params.scale + vec2f(surfel_offset(words));
@@ -191,28 +186,28 @@ fn sample_factor(receiver: Receiver, point: vec2f, words: vec4u) -> f32 {
         receiver.area,
         POINT_TO_DISC,
     );
-    // Outside, a load may give any texel, whose factor is finite all the same.
-    @if(near) let border = params.border * receiver.unit;
-    @if(near && !glossy) { return select(0.0, factor, on_screen && dot(toward, toward) < border * border); }
+    // Outside the texture a load may return any texel. Its factor is still finite.
+    @if(near) let near_field_distance = params.near_field_distance * receiver.unit;
+    @if(near && !glossy) { return select(0.0, factor, on_screen && dot(toward, toward) < near_field_distance * near_field_distance); }
     @if(!near && !glossy) { return select(0.0, factor, on_screen); }
     @if(glossy) { return select(0.0, factor * lobe, on_screen); }
 }
 
-/// The direction to the next sample.
-fn turned(direction: vec2f) -> vec2f {
+/// The direction of the next sample.
+fn rotated(direction: vec2f) -> vec2f {
     return vec2f(
-        direction.x * TURN.x - direction.y * TURN.y,
-        direction.x * TURN.y + direction.y * TURN.x,
+        direction.x * GOLDEN_ROTATION.x - direction.y * GOLDEN_ROTATION.y,
+        direction.x * GOLDEN_ROTATION.y + direction.y * GOLDEN_ROTATION.x,
     );
 }
 
-// How the samples of a receiver are drawn.
+// Sampling state of a receiver.
 @if(glossy)
 struct Draw {
     // Centre of the texel, in texels.
     centre: vec2f,
     random: vec2f,
-    // Angle of the mirror direction on the screen, for the paper's directions.
+    // Screen angle of the mirror direction, for the paper's density.
     middle: f32,
     exponent: f32,
     lobe: LobeOnScreen,
@@ -221,7 +216,8 @@ struct Draw {
     half_extent: vec2f,
 }
 
-/// Squared distance, texels, below which the lobe's samples are drawn evenly: nearer ones fall into the receiver's own texel.
+/// Squared distance, texels, within which samples of the lobe are uniform. Nearer samples fall into the receiver's own
+/// texel.
 @if(glossy) const NEAREST_SQUARE: f32 = 1.0;
 @if(glossy) const IMPORTANCE_OF_2010: u32 = 1u;
 @if(glossy) const IMPORTANCE_OF_LOBE: u32 = 2u;
@@ -234,28 +230,28 @@ fn begin_draw(receiver: Receiver, centre: vec2f, random: vec2f) -> Draw {
     draw.random = random;
     draw.exponent = receiver.exponent;
     draw.half_extent = receiver.half_extent;
-    // A mirror direction along the view ray has no direction on the screen; any serves.
+    // A mirror direction along the view ray has no screen direction. Any direction is valid.
     draw.middle = select(0.0, atan2(heading.y, heading.x), dot(heading, heading) > 0.0);
     if IMPORTANCE == IMPORTANCE_OF_LOBE {
         draw.lobe = lobe_on_screen(receiver.mirror, receiver.position, receiver.exponent);
-        // Pixels are square, or nearly so: the vertical scale serves both.
+        // Pixels are nearly square, so the vertical scale serves both axes.
         let texels = receiver.half_extent.y / view.tan_half_fov.y;
         draw.reach = draw.lobe.reach_square * texels * texels;
     }
     return draw;
 }
 
-/// Offset of sample `i` from the centre, in texels, and what its light is multiplied with because samples are not
-/// equally frequent everywhere.
+/// Offset of sample `i` from the centre, in texels, and the weight of its light: the inverse of the relative sampling
+/// density.
 @if(glossy)
 fn draw_sample(draw: Draw, i: u32) -> vec3f {
-    // The golden ratio's steps fill the circle evenly, as the golden angle's do for diffuse light.
+    // Steps of the golden ratio fill the circle evenly, like those of the golden angle for diffuse light.
     let number = fract(draw.random.y + f32(i) * 0.6180339887498949);
     let stratum = (f32(i) + draw.random.x) / f32(SAMPLES);
     let even = sqrt(mix(params.inner_square, params.outer_square, stratum));
     if IMPORTANCE == IMPORTANCE_OF_LOBE {
         let direction = draw_heading(number, draw.lobe);
-        // Off the screen there is nothing to gather: the way to its edge ends the ring.
+        // There is nothing to gather off the screen: the distance to its edge limits the ring.
         let ways = (draw.half_extent + sign(direction.xy) * (draw.half_extent - draw.centre))
             / max(abs(direction.xy), vec2f(1e-9));
         let edge = min(ways.x, ways.y);
@@ -296,7 +292,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     let unit = 1.0 / surfel_depth(own);
     let ray_scale = vec2f(2.0, -2.0) * view.tan_half_fov / view.display_size;
-    // Lengths are in the receiver's depth, so this is its view ray, too.
+    // Lengths are in units of the receiver's depth, so this is its view ray, too.
     let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov) * unit;
     @if(glossy) let mirror = reflect(normalize(position), surfel_normal(own));
     var receiver: Receiver;
@@ -313,7 +309,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     let random = spread2(id.xy, view.frame, params.level, view.seed, OVER_FRAMES);
     let centre = vec2f(id.xy) + 0.5;
-    // Samples are stratified over the ring's area: equal steps of the squared radius.
+    // Samples are stratified over the area of the ring: equal steps of the squared radius.
     @if(!glossy) let step = (params.outer_square - params.inner_square) / f32(SAMPLES);
     @if(!glossy) var square = params.inner_square + step * random.x;
     @if(!glossy) let angle = 6.283185307179586 * random.y;
@@ -325,7 +321,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             @if(glossy) let drawn = draw_sample(draw, i);
             @if(glossy) let point = centre + drawn.xy;
             @if(!glossy) let point = centre + sqrt(square) * direction;
-            @if(!glossy) { square += step; direction = turned(direction); }
+            @if(!glossy) { square += step; direction = rotated(direction); }
             let words = textureLoad(surfels, vec2i(floor(point)), 0);
             @if(!glossy) { sum += surfel_radiance(words) * sample_factor(receiver, point, words); }
             @if(glossy) { sum += surfel_radiance(words) * (sample_factor(receiver, point, words) * drawn.z); }
@@ -334,10 +330,11 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     @if(visibility) {
         let here = end_at(own, vec2f(id.xy), unit);
         let slices = slices_of_range(depth_range[0], depth_range[1]);
-        var choice = spread2(id.xy, view.frame, params.level + VISIBILITY_STREAM, view.seed, OVER_FRAMES).x;
+        var choice = spread2(id.xy, view.frame, params.level + HIERARCHICAL_VISIBILITY_STREAM, view.seed, OVER_FRAMES).x;
         for (var first = 0u; first < SAMPLES; first += SAMPLES_PER_RAY) {
-            // One sample of these few is picked, in proportion to what it would bring, and stands for them where it is
-            // seen (resampled importance sampling, Talbot et al. 2005): the mean stays, rays are saved.
+            // Resampled importance sampling (Talbot et al. 2005): one of these samples is chosen in proportion to its
+            // contribution. It stands for all of them if it is visible. The mean is unchanged, and fewer rays are
+            // needed.
             var strength_of_all = 0.0;
             var picked_strength = 0.0;
             var picked = vec2f(0.0);
@@ -345,7 +342,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 @if(glossy) let drawn = draw_sample(draw, first + i);
                 @if(glossy) let point = centre + drawn.xy;
                 @if(!glossy) let point = centre + sqrt(square) * direction;
-                @if(!glossy) { square += step; direction = turned(direction); }
+                @if(!glossy) { square += step; direction = rotated(direction); }
                 let words = textureLoad(surfels, vec2i(floor(point)), 0);
                 var light = largest(surfel_radiance(words)) * sample_factor(receiver, point, words);
                 @if(glossy) { light *= drawn.z; }
@@ -353,7 +350,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 let strength = select(0.0, light, first + i < SAMPLES);
                 let before = strength_of_all;
                 strength_of_all += strength;
-                // One number serves all choices: what is left of it after each one is as random as before.
+                // One random number serves all choices: its remainder after each choice is uniform again.
                 let threshold = choice * strength_of_all;
                 let pick = threshold < strength;
                 let left = select(threshold - strength, threshold, pick) / max(select(before, strength, pick), SMALLEST_LIGHT);
@@ -369,7 +366,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                     sum += radiance * (strength_of_all / largest(radiance));
                 }
             }
-            // Another number for the next few: the golden ratio's steps fill the line evenly.
+            // The next choice takes another number: steps of the golden ratio fill the interval evenly.
             choice = fract(choice + 0.6180339887498949);
         }
     }

@@ -1,35 +1,39 @@
 // variants: visibility, near, lit, emitters
-// Indirect light that each texel of level 0 receives from what the lights see, wherever it is: the gather of Soler et al.
-// 2009, in the lights' views instead of the camera's. Rings lie around the place where a light sees the receiver; the
-// ring of level k is sampled in texels of level k, and all rings together cover the whole view, so that samples are as dense as
-// one over the square of the distance in it. `lit` where the scene has lights; with `emitters`, points on surfaces that emit
-// send too, from any side. With `near`, pairs closer than a border are left to the screen, whose light
-// is added.
+// Indirect light that each texel of level 0 receives from the reflective shadow maps: the gather of Soler et al. 2009
+// in the lights' views instead of the camera's. The rings are centred at the receiver's position in the map. The ring
+// of level k is sampled in texels of level k. All rings together cover the whole map, with a sample density of one over
+// the squared distance.
+//
+// `lit`: the scene has lights. With `emitters`, points on emitting surfaces send light too, to both sides. With `near`,
+// pairs within the near-field distance are left to the screen, whose light is added.
+@if(lit) import package::common::math::GOLDEN_ROTATION;
 import package::common::math::{LARGEST_RADIANCE, PI, spread2};
 @if(visibility) import package::common::math::largest;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
-@if(lit) import package::light_views::light_pyramid::{level_start, unpack_texel};
-import package::light_views::light_surface::LightSurface;
-@if(emitters) import package::light_views::light_surface::unpack_light;
-import package::light_views::transfer::transfer;
+import package::common::streams::LIGHT_STREAM;
+@if(visibility) import package::common::streams::LIGHT_VISIBILITY_STREAM;
+@if(lit) import package::reflective_shadow_maps::light_pyramid::{level_start, unpack_texel};
+import package::reflective_shadow_maps::light_surface::LightSurface;
+@if(emitters) import package::reflective_shadow_maps::light_surface::unpack_light;
+import package::reflective_shadow_maps::transfer::transfer;
 @if(visibility) import package::scene_voxels::candidates::{Candidates, with_candidate, next_choice};
 @if(visibility) import package::scene_voxels::sees::{ray_end, sees};
 
 struct Params {
     // Width of a texel of `surfels` in full-resolution pixels.
     scale: f32,
-    // Texels along a side of a light's view, at its finest level, and number of views.
+    // Width of a map at its finest level, texels, and number of maps.
     size: u32,
     views: u32,
-    // First level that is gathered, and the one after the last.
+    // First level to gather, and the level after the last one.
     first_level: u32,
     end_level: u32,
-    // Squares of the rings' inner and outer radius, texels of their level; level 0 is a whole disc.
+    // Squares of the rings' inner and outer radius, in texels of their level. Level 0 is a whole disc.
     inner_square: f32,
     outer_square: f32,
-    // Border between near and far, scene units.
-    border: f32,
+    // Near-field distance, scene units.
+    near_field_distance: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -37,41 +41,38 @@ struct Params {
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(lit) @group(0) @binding(4) var<storage, read> light_pyramid: array<vec4u>;
-// World to clip space of each view.
+// World to clip space of each map.
 @if(lit) @group(0) @binding(5) var<storage, read> light_projections: array<mat4x4f>;
 @if(near) @group(0) @binding(6) var near_light: texture_2d<f32>;
-// Points on emitters, both sides, world space.
-@if(emitters) @group(0) @binding(7) var<storage, read> emitter_places: array<vec4f>;
+// Points on emitters, two surfaces each, world space.
+@if(emitters) @group(0) @binding(7) var<storage, read> emitter_positions: array<vec4f>;
 @if(emitters) @group(0) @binding(8) var<storage, read> emitter_lights: array<vec4u>;
 
-// Samples of each level of each view.
-@if(lit) override LIGHT_SAMPLES: u32 = 64u;
-// Successive samples of which one is picked, by what it would bring, and tested for visibility.
-@if(visibility) override SAMPLES_PER_RAY: u32 = 16u;
-// Whether a filter averages successive frames, which then share out the directions between them.
-override OVER_FRAMES: bool = false;
+// Samples per level and map.
+@if(lit) override LIGHT_SAMPLES: u32;
+// Number of successive samples of which one is chosen by its contribution and tested for visibility.
+@if(visibility) override SAMPLES_PER_RAY: u32;
+// Whether a temporal filter averages successive frames. The directions are then stratified over frames.
+override OVER_FRAMES: bool;
 
-// The golden angle, its cosine and sine (Vogel 1979).
+// The golden angle (Vogel 1979).
 @if(lit) const GOLDEN_ANGLE: f32 = 2.399963229728653;
-@if(lit) const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
 
-// Streams of random numbers: eight for each view.
-const STREAM: u32 = 5120u;
 @if(lit) const LEVELS: u32 = 8u;
 
-/// What a surface would bring, for each unit of its radiance.
+/// Form factor of a surface: its contribution per unit of radiance, without occluders.
 fn factor_of(position: vec3f, normal: vec3f, surface: LightSurface) -> f32 {
     let factor = transfer(position, normal, surface);
-    @if(near) { return select(factor, 0.0, distance(surface.position, position) < params.border); }
+    @if(near) { return select(factor, 0.0, distance(surface.position, position) < params.near_field_distance); }
     @if(!near) { return factor; }
 }
 
-/// Where a view shows a place, 0..1 over the view; for what it does not show, the nearest place of its border.
+/// Position in the map, 0..1; for positions outside the map, the nearest position on its edge.
 @if(lit)
-fn place_in(world_to_clip: mat4x4f, position: vec3f) -> vec2f {
+fn position_in(world_to_clip: mat4x4f, position: vec3f) -> vec2f {
     let clip = world_to_clip * vec4f(position, 1.0);
     let extent = max(max(abs(clip.x), abs(clip.y)), 1e-30);
-    // Behind a lamp only the direction is left.
+    // Behind the light only the direction is known.
     let ndc = select(clip.xy / extent, clamp(clip.xy / max(clip.w, 1e-30), vec2f(-1.0), vec2f(1.0)), clip.w > 0.0);
     return ndc * vec2f(0.5, -0.5) + 0.5;
 }
@@ -91,10 +92,10 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let normal = normalize((view.view_to_world * vec4f(surfel_normal(own), 0.0)).xyz);
     var sum = vec3f(0.0);
     @if(visibility) let here = ray_end(position, normal);
-    @if(visibility) var choice = spread2(id.xy, view.frame, STREAM - 1u, view.seed, OVER_FRAMES).x;
+    @if(visibility) var choice = spread2(id.xy, view.frame, LIGHT_VISIBILITY_STREAM, view.seed, OVER_FRAMES).x;
     @if(lit) {
         let step = 1.0 / f32(LIGHT_SAMPLES);
-        // Samples of every view that share a ray.
+        // Samples of each map that share a ray.
         @if(visibility) let share = (SAMPLES_PER_RAY + params.views - 1u) / params.views;
         @if(!visibility) let share = LIGHT_SAMPLES;
         for (var level = params.first_level; level < params.end_level; level++) {
@@ -107,17 +108,17 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             for (var first = 0u; first < LIGHT_SAMPLES; first += share) {
                 @if(visibility) var candidates = Candidates(0.0, start, choice);
                 for (var i = 0u; i < params.views; i++) {
-                    let centre = place_in(light_projections[i], position) * f32(width);
-                    let random = spread2(id.xy, view.frame, STREAM + i * LEVELS + level, view.seed, OVER_FRAMES);
+                    let centre = position_in(light_projections[i], position) * f32(width);
+                    let random = spread2(id.xy, view.frame, LIGHT_STREAM + i * LEVELS + level, view.seed, OVER_FRAMES);
                     let angle = 2.0 * PI * random.y + GOLDEN_ANGLE * f32(first);
                     var direction = vec2f(cos(angle), sin(angle));
                     let end = min(first + share, LIGHT_SAMPLES);
                     for (var j = first; j < end; j++) {
-                        // Stratified over the ring's area.
+                        // Stratified over the area of the ring.
                         let point = centre + sqrt(inner + extent * step * (f32(j) + random.x)) * direction;
                         direction = vec2f(
-                            direction.x * TURN.x - direction.y * TURN.y,
-                            direction.x * TURN.y + direction.y * TURN.x,
+                            direction.x * GOLDEN_ROTATION.x - direction.y * GOLDEN_ROTATION.y,
+                            direction.x * GOLDEN_ROTATION.y + direction.y * GOLDEN_ROTATION.x,
                         );
                         let inside = all(point >= vec2f(0.0)) && all(point < vec2f(f32(width)));
                         let at = vec2u(clamp(point, vec2f(0.0), vec2f(f32(width - 1u))));
@@ -144,15 +145,15 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     @if(emitters) {
-        // Successive points lie on successive parts of the emitters; two surfaces a point.
-        let count = arrayLength(&emitter_places);
+        // Successive points lie on successive parts of the emitters. Each point has two surfaces.
+        let count = arrayLength(&emitter_positions);
         @if(visibility) let share = min(2u * SAMPLES_PER_RAY, count);
         @if(!visibility) let share = count;
         for (var first = 0u; first < count; first += share) {
             @if(visibility) var candidates = Candidates(0.0, first, choice);
             let end = min(first + share, count);
             for (var i = first; i < end; i++) {
-                let surface = unpack_light(emitter_places[i].xyz, emitter_lights[i]);
+                let surface = unpack_light(emitter_positions[i].xyz, emitter_lights[i]);
                 let factor = factor_of(position, normal, surface);
                 @if(!visibility) { sum += surface.radiance * factor; }
                 @if(visibility) { candidates = with_candidate(candidates, i, largest(surface.radiance) * factor); }
@@ -160,7 +161,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             @if(visibility) {
                 if candidates.strength > 0.0 {
                     let index = candidates.picked;
-                    let source = unpack_light(emitter_places[index].xyz, emitter_lights[index]);
+                    let source = unpack_light(emitter_positions[index].xyz, emitter_lights[index]);
                     if sees(here, ray_end(source.position, source.normal)) {
                         sum += source.radiance * (candidates.strength / largest(source.radiance));
                     }
@@ -170,6 +171,6 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     @if(near) { sum += textureLoad(near_light, id.xy, 0).rgb; }
-    // Light at the end of what radiance may be, from many samples that stand for many texels each, stays a number.
+    // Many samples near the largest radiance, each standing for many texels, must stay finite.
     textureStore(gathered, id.xy, vec4f(min(sum, vec3f(LARGEST_RADIANCE)), 1.0));
 }

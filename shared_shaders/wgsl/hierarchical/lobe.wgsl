@@ -1,30 +1,30 @@
-// The mirror lobe of glossy surfaces, and where on the screen its light comes from (Soler & Hoel 2010, section 4).
+// The mirror lobe of glossy surfaces, and the screen region that its light comes from (Soler & Hoel 2010, section 4).
 import package::common::math::PI;
 
-/// What the modified Phong lobe (Lafortune and Willems 1994) makes of light from a direction: its BRDF
-/// Ks (s + 2) / (2 pi) cos^s against the diffuse 1 / pi that the form factor stands for, without Ks. `cosine` is that of
-/// the angle to the mirror direction.
+/// Weight of light from a direction by the modified Phong lobe (Lafortune and Willems 1994): its BRDF Ks (s + 2) / (2
+/// pi) cos^s relative to the diffuse 1 / pi of the form factor, without Ks. `cosine` is that of the angle to the mirror
+/// direction.
 fn phong_lobe(cosine: f32, exponent: f32) -> f32 {
     return 0.5 * (exponent + 2.0) * pow(clamp(cosine, 0.0, 1.0), exponent);
 }
 
-/// Direction on the screen, y downwards, in which points along a view-space direction appear from a point that is seen
-/// along `ray` (ray.z = -1).
+/// Screen direction, y downwards, in which points along a view-space direction appear from a point seen along `ray`
+/// (ray.z = -1).
 fn screen_direction(direction: vec3f, ray: vec3f) -> vec2f {
     return (direction.xy + ray.xy * direction.z) * vec2f(1.0, -1.0);
 }
 
-/// The paper's alpha: how often directions are drawn that the lobe does not ask for.
+/// The paper's alpha: density of directions outside the lobe.
 const ALPHA: f32 = 0.1;
-/// Wider lobes are drawn as this one: their gaussian would reach around the circle more than once.
+/// Wider lobes are sampled like this one, because their Gaussian would wrap around the circle more than once.
 const WIDEST_EXPONENT: f32 = 1.0;
 
-/// Standard deviation of the paper's gaussian exp(-s t^2 / (2 pi)), radians.
+/// Standard deviation of the paper's Gaussian exp(-s t^2 / (2 pi)), radians.
 fn lobe_deviation(exponent: f32) -> f32 {
     return sqrt(PI / max(exponent, WIDEST_EXPONENT));
 }
 
-/// Inverse of the error function on -1..1, to float32's precision (Giles 2012).
+/// Inverse of the error function on -1..1, to the precision of float32 (Giles 2012).
 fn inverse_error_function(x: f32) -> f32 {
     let w = -log(max((1.0 - x) * (1.0 + x), 1e-30));
     let a = w - 2.5;
@@ -50,11 +50,11 @@ fn inverse_error_function(x: f32) -> f32 {
     return select(q, p, w < 5.0) * x;
 }
 
-/// An angle away from the mirror direction's, drawn in proportion to f = alpha + exp(-s t^2 / (2 pi)) from a number
-/// in 0..1, in -pi..pi.
+/// An angle relative to the mirror direction, -pi..pi, sampled in proportion to f = alpha + exp(-s t^2 / (2 pi)) from a
+/// number in 0..1.
 fn draw_angle(number: f32, exponent: f32) -> f32 {
     let deviation = lobe_deviation(exponent);
-    // Areas under alpha and under the gaussian, all around the circle.
+    // Integrals of alpha and of the Gaussian over the circle.
     let flat_area = 2.0 * PI * ALPHA;
     let share = flat_area / (flat_area + deviation * sqrt(2.0 * PI));
     let even = 2.0 * PI * (number / share) - PI;
@@ -64,34 +64,34 @@ fn draw_angle(number: f32, exponent: f32) -> f32 {
     return angle - 2.0 * PI * round(angle / (2.0 * PI));
 }
 
-/// One over the density with which `draw_angle` gives this angle, relative to an even one.
+/// Inverse of the density of this angle in `draw_angle`, relative to a uniform density.
 fn inverse_density(angle: f32, exponent: f32) -> f32 {
     let deviation = lobe_deviation(exponent);
     let t = vec3f(angle - 2.0 * PI, angle, angle + 2.0 * PI) / deviation;
-    // The gaussian wraps around the circle.
+    // The Gaussian wraps around the circle.
     let gaussian = exp(-0.5 * t * t);
     let f = ALPHA + gaussian.x + gaussian.y + gaussian.z;
     return (2.0 * PI * ALPHA + deviation * sqrt(2.0 * PI)) / (2.0 * PI * f);
 }
 
-/// Where the lobe's light comes from on the screen, as far as that is known before anything is fetched.
+/// Screen region that the lobe's light comes from, as far as it is known before any fetch.
 ///
-/// A point in a direction w from the receiver appears on the screen in a direction that does not depend on its distance,
-/// so the screen's directions are w's own turned around the view ray. Around it the lobe, seen at the angle phi to the
-/// view ray, is as wide as 1 / (sqrt(s + 1) sin(phi)). And no point in the direction w appears farther away than w's
-/// vanishing point.
+/// A point in a direction w from the receiver appears on the screen in a direction that does not depend on its
+/// distance, so screen directions are directions w rotated around the view ray. Around the view ray the lobe, seen at
+/// the angle phi to it, is as wide as 1 / (sqrt(s + 1) sin(phi)). No point in the direction w appears farther away than
+/// the vanishing point of w.
 struct LobeOnScreen {
     // Unit screen direction of the mirror direction, y downwards.
     heading: vec2f,
-    // How narrow the drawn directions are: 1 draws all of them alike, 0 only the mirror direction's.
+    // Width of the sampled directions: 1 is uniform, 0 is the mirror direction alone.
     spread: f32,
-    // Square of the distance to the lobe's farthest vanishing point, in units of the view ray at z = -1.
+    // Squared distance to the farthest vanishing point of the lobe, in units of the view ray at z = -1.
     reach_square: f32,
 }
 
-/// No lobe is drawn narrower than this, so that densities stay finite.
+/// Lower bound of the sampled width, so that densities stay finite.
 const LEAST_SPREAD: f32 = 1e-3;
-/// Stands for a vanishing point at infinity: more than any screen is wide.
+/// A vanishing point at infinity: wider than any screen.
 const ENDLESS: f32 = 1e6;
 
 fn lobe_on_screen(mirror: vec3f, ray: vec3f, exponent: f32) -> LobeOnScreen {
@@ -102,12 +102,12 @@ fn lobe_on_screen(mirror: vec3f, ray: vec3f, exponent: f32) -> LobeOnScreen {
     let deviation = inverseSqrt(exponent + 1.0);
     let heading = screen_direction(mirror, ray);
     var lobe: LobeOnScreen;
-    // A mirror direction along the view ray has no direction on the screen; any serves.
+    // A mirror direction along the view ray has no screen direction. Any direction is valid.
     lobe.heading = select(vec2f(1.0, 0.0), normalize(heading), dot(heading, heading) > 1e-20);
-    // A Cauchy distribution is best for a gaussian where it is narrower by the square root of two.
+    // A Cauchy distribution fits a Gaussian best where it is narrower by the square root of two.
     let width = 0.7071067811865476 * deviation / max(sine, 1e-6);
     lobe.spread = clamp(tanh(0.5 * min(width, 20.0)), LEAST_SPREAD, 1.0);
-    // Two deviations beyond the mirror direction, away from the view ray.
+    // Two standard deviations beyond the mirror direction, away from the view ray.
     let angle = acos(clamp(cosine, -1.0, 1.0)) + 2.0 * deviation;
     let farthest = forward * cos(angle) + across / max(sine, 1e-6) * sin(angle);
     let gone = screen_direction(farthest, ray) / max(-farthest.z, 1e-6);
@@ -115,36 +115,36 @@ fn lobe_on_screen(mirror: vec3f, ray: vec3f, exponent: f32) -> LobeOnScreen {
     return lobe;
 }
 
-/// A screen direction drawn around the lobe's heading from a number in 0..1, and one over its density, relative to an
-/// even one. The distribution is a wrapped Cauchy: it has the gaussian's peak, its tails never end, so that no direction
-/// weighs more than 1 / spread, and both its inverse and its density are rational.
+/// A screen direction sampled around the lobe's heading from a number in 0..1, and the inverse of its density, relative
+/// to a uniform density. The distribution is a wrapped Cauchy. It has the peak of the Gaussian, its tails never end, so
+/// that no weight exceeds 1 / spread, and its inverse and its density are rational.
 fn draw_heading(number: f32, lobe: LobeOnScreen) -> vec3f {
     let half_turn = PI * (number - 0.5);
     let c = cos(half_turn);
     let s = lobe.spread * sin(half_turn);
     let norm = 1.0 / (c * c + s * s);
-    let turned = vec2f(c * c - s * s, 2.0 * c * s) * norm;
+    let rotated = vec2f(c * c - s * s, 2.0 * c * s) * norm;
     let direction = vec2f(
-        lobe.heading.x * turned.x - lobe.heading.y * turned.y,
-        lobe.heading.x * turned.y + lobe.heading.y * turned.x,
+        lobe.heading.x * rotated.x - lobe.heading.y * rotated.y,
+        lobe.heading.x * rotated.y + lobe.heading.y * rotated.x,
     );
     return vec3f(direction, lobe.spread * norm);
 }
 
-/// Share of the samples that stay within the lobe's reach.
+/// Share of the samples within the reach of the lobe.
 const WITHIN_REACH: f32 = 0.9;
 
-/// A squared distance between `inner` and `outer`, drawn from a number in 0..1, and one over its density, relative to
-/// one that is even between `inner` and `ring`. The lobe's solid angle falls on the screen as one over the square of the
-/// distance; `soft` keeps that finite. Few samples are drawn beyond `reach`.
+/// A squared distance between `inner` and `outer`, sampled from a number in 0..1, and the inverse of its density,
+/// relative to a uniform density between `inner` and `ring`. On the screen the lobe's solid angle decreases with the
+/// inverse square of the distance; `soft` keeps this finite. Few samples fall beyond `reach`.
 fn draw_square(number: f32, inner: f32, outer: f32, ring: f32, reach: f32, soft: f32) -> vec2f {
-    let border = clamp(reach, inner, outer);
+    let boundary = clamp(reach, inner, outer);
     var share = WITHIN_REACH;
-    share = select(share, 0.0, border <= inner);
-    share = select(share, 1.0, border >= outer);
+    share = select(share, 0.0, boundary <= inner);
+    share = select(share, 1.0, boundary >= outer);
     let within = number < share;
-    let low = select(border, inner, within) + soft;
-    let high = select(outer, border, within) + soft;
+    let low = select(boundary, inner, within) + soft;
+    let high = select(outer, boundary, within) + soft;
     let part = select(1.0 - share, share, within);
     let x = select((number - share) / max(1.0 - share, 1e-6), number / max(share, 1e-6), within);
     let octaves = log2(high / low);

@@ -1,5 +1,5 @@
 // variants: planes
-// Full-resolution textures to surfels: the finest level of the pyramid. With `planes` to those, too.
+// Converts full-resolution textures to surfels, the finest level of the pyramid. With `planes`, also to planes.
 import package::common::surfel::{Surfel, pack_surfel};
 import package::common::view::SKY_DEPTH;
 @if(planes) import package::common::view::View;

@@ -1,6 +1,6 @@
 // variants: from_gbuffer, planes
-// One level of the pyramid from the four children of each texel: surfels, or with `from_gbuffer`
-// full-resolution pixels. With `planes` it writes those, too. Depth and normal are those of one child, never an average.
+// One level of the pyramid from the four children of each texel: surfels, or, with `from_gbuffer`, full-resolution
+// pixels. With `planes` it also writes planes. Depth and normal are those of one child, never an average.
 import package::common::surfel::{Surfel, pack_surfel, surfel_depth, surfel_normal, surfel_radiance, surfel_offset};
 import package::common::view::{View, SKY_DEPTH, view_position};
 @if(planes) import package::common::plane::plane_of_surfel;
@@ -20,21 +20,21 @@ struct Params {
 @if(from_gbuffer) @group(0) @binding(5) var direct: texture_2d<f32>;
 @if(planes) @group(0) @binding(6) var planes: texture_storage_2d<rgba32uint, write>;
 
-// Keep the child with the most support (2010, Equation 5) instead of the one nearest to the eye (2009).
-override VOTE: bool = false;
+// Keep the child with the most support (2010, Equation 5) instead of the nearest one (2009).
+override VOTE: bool;
 
-// Widths of Equation 5's gaussians; the paper leaves them open. g1 is 1 at the child itself and this
-// value one pixel away.
+// Widths of the Gaussians of Equation 5; the paper leaves them open. g1 is 1 at the child itself and this value one
+// pixel away.
 const G1_NEIGHBOUR: f32 = 0.60653066;
-// 1 - cosine between normals: half weight at about 30 degrees.
+// 1 - cosine between normals: half the weight at about 30 degrees.
 const G2_WIDTH: f32 = 0.12;
-// Distance of the neighbour from the child's tangent plane, in widths of a child at its depth. The paper
-// takes the difference of their depths: then a slanted surface always loses to one that faces the eye, and
-// the light of floors and side walls with it (a sixth of all light in a box whose walls meet).
+// Distance of the neighbour from the child's tangent plane, in widths of a child at its depth. The paper takes the
+// difference of depths. Then a slanted surface always loses to one that faces the eye, and the light of floors and side
+// walls is lost (a sixth of all light in a closed box).
 const G3_WIDTH: f32 = 1.0;
 
-// Where neighbours support two children alike the one nearer to the middle of the screen wins: a choice
-// that mirrors when the scene does. Small against any difference in support.
+// Where two children have equal support, the one nearer to the middle of the screen wins, so that the result mirrors
+// with the scene. Small against any difference in support.
 const TIE: f32 = 0.01;
 
 @if(!from_gbuffer)
@@ -72,12 +72,12 @@ fn position(pixel: vec2i, surfel: Surfel) -> vec3f {
     return view_position(at / view.display_size, surfel.depth, view.tan_half_fov);
 }
 
-/// Width that a child covers of a surface facing the eye at its depth, scene units.
+/// Width of a child on a surface that faces the eye at its depth, scene units.
 fn child_width(child: Surfel) -> f32 {
     return square_width(params.child_scale, child.depth, view.tan_half_fov.y, view.display_size.y);
 }
 
-/// Equation 5: how much the L1 neighbourhood of a child looks like it.
+/// Equation 5: similarity of a child to its L1 neighbourhood.
 fn score(pixel: vec2i, child: Surfel) -> f32 {
     let here = position(pixel, child);
     var sum = 1.0;
@@ -97,23 +97,23 @@ fn score(pixel: vec2i, child: Surfel) -> f32 {
 }
 
 struct Child {
-    // Its depth is that of the sky where there is no surface or no screen.
+    // SKY_DEPTH if there is no surface or the child is off the screen.
     surfel: Surfel,
-    place: vec2u,
+    child_offset: vec2u,
     position: vec3f,
-    // The child with the largest value is kept; 0 where there is no surface.
+    // The child with the largest value is kept. 0 without a surface.
     value: f32,
     on_screen: bool,
 }
 
-fn load_child(first: vec2i, place: vec2u) -> Child {
-    let pixel = first + vec2i(place);
+fn load_child(first: vec2i, child_offset: vec2u) -> Child {
+    let pixel = first + vec2i(child_offset);
     let on_screen = inside(pixel);
     var surfel = load(min(pixel, size() - 1));
     surfel.depth = select(SKY_DEPTH, surfel.depth, on_screen);
     let at = position(pixel, surfel);
-    // The distance and not the depth: all of a wall that faces the camera has the same depth, and
-    // rounding would choose. Distances mirror when the scene does.
+    // The distance decides, not the depth: a wall that faces the camera has constant depth, so rounding would decide.
+    // Distances mirror with the scene.
     var value = inverseSqrt(dot(at, at));
     if VOTE {
         value = TIE * value * surfel.depth;
@@ -122,10 +122,10 @@ fn load_child(first: vec2i, place: vec2u) -> Child {
             value += score(pixel, surfel);
         }
     }
-    return Child(surfel, place, at, select(0.0, value, surfel.depth > SKY_DEPTH), on_screen);
+    return Child(surfel, child_offset, at, select(0.0, value, surfel.depth > SKY_DEPTH), on_screen);
 }
 
-/// The child with the larger value. Chosen field by field: a branch costs more.
+/// The child with the larger value. Selected field by field, because a branch costs more.
 fn better(a: Child, b: Child) -> Child {
     let b_wins = b.value > a.value;
     return Child(
@@ -135,14 +135,14 @@ fn better(a: Child, b: Child) -> Child {
             vec3f(0.0),
             select(a.surfel.offset, b.surfel.offset, b_wins),
         ),
-        select(a.place, b.place, b_wins),
+        select(a.child_offset, b.child_offset, b_wins),
         select(a.position, b.position, b_wins),
         select(a.value, b.value, b_wins),
         true,
     );
 }
 
-/// Radiance and 1 of a child that shows the same surface as the kept one, so that they may be averaged; otherwise 0.
+/// Radiance and 1 if the child shows the same surface as the kept one, so that they may be averaged; otherwise 0.
 fn radiance_where_same(kept: Child, width: f32, child: Child) -> vec4f {
     let same = same_surface(kept.surfel.normal, kept.position, child.surfel.normal, child.position, width);
     return select(vec4f(0.0), vec4f(child.surfel.radiance, 1.0), same && child.surfel.depth > SKY_DEPTH);
@@ -153,7 +153,7 @@ fn pyramid(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(surfels)) {
         return;
     }
-    // The four children have names instead of places in an array, so that they stay in registers.
+    // The four children are variables instead of an array, so that they stay in registers.
     let first = vec2i(id.xy) * 2;
     let child_00 = load_child(first, vec2u(0u, 0u));
     let child_10 = load_child(first, vec2u(1u, 0u));
@@ -168,15 +168,15 @@ fn pyramid(@builtin(global_invocation_id) id: vec3u) {
     let on_screen = vec4f(vec4<bool>(child_00.on_screen, child_10.on_screen, child_01.on_screen, child_11.on_screen));
     let depths = vec4f(child_00.surfel.depth, child_10.surfel.depth, child_01.surfel.depth, child_11.surfel.depth);
     let solid = vec4f(depths > vec4f(SKY_DEPTH));
-    // The kept child agrees with itself, so there is at least one. The texel stands for all of its
-    // area, but the sky in it sends nothing: without that factor silhouettes would grow brighter with
-    // every level. Children that disagree are left to the kept surface: they are lit like it on average.
+    // The kept child agrees with itself, so the count is at least one. The texel stands for its whole area, but the sky
+    // in it sends nothing. Without this factor silhouettes would become brighter with every level. Children that show
+    // another surface are assumed to be lit like the kept one.
     let share = dot(solid, vec4f(1.0)) / (same.w * dot(on_screen, vec4f(1.0)));
     let surfel = Surfel(
         kept.surfel.depth,
         kept.surfel.normal,
         same.rgb * share,
-        kept.surfel.offset + kept.place * u32(params.child_scale),
+        kept.surfel.offset + kept.child_offset * u32(params.child_scale),
     );
     let words = select(vec4u(0u), pack_surfel(surfel), kept.value > 0.0);
     textureStore(surfels, id.xy, words);

@@ -1,12 +1,12 @@
 // variants: finest, interleaved
-// The surfels of one level, sending what they reflect of the light that the last bounce brought: bounce n gathers
-// albedo * indirect of bounce n - 1 (2010, section 4). Depth and normal stay as they are. Coarser levels average the
-// children that show the surface they keep, as `pyramid.wgsl` does. With `interleaved` the surfels send direct light where
-// it is the first bounce's turn, and are left as they are.
+// The surfels of one level with the radiance that they reflect of the last bounce: bounce n gathers albedo * indirect
+// of bounce n - 1 (2010, section 4). Depth and normal are unchanged. Coarser levels average the children that show the
+// kept surface, like `pyramid.wgsl`. With `interleaved`, in frames of the first bounce, the surfels are left unchanged
+// and send direct light.
 import package::common::surfel::{pack_radiance, surfel_depth, surfel_normal, surfel_position, surfel_radiance};
 import package::common::view::SKY_DEPTH;
 @if(!finest || interleaved) import package::common::view::View;
-@if(interleaved) import package::hierarchical::turn::bounce_of_frame;
+@if(interleaved) import package::hierarchical::bounce_of_frame::bounce_of_frame;
 @if(interleaved) import package::temporal::previous_view::PreviousView;
 @if(!finest) import package::hierarchical::same_surface::{same_surface, square_width};
 
@@ -59,7 +59,7 @@ fn reflected(texel: vec2u, words: vec4u) -> vec3f {
     return sum * (solid / max(agreeing * seen, 1.0));
 }
 
-// Bits of the last word that hold radiance; the others hold the place of the kept pixel.
+// Bits of the last word that hold radiance. The others hold the offset of the kept pixel.
 const RADIANCE_BITS: u32 = 0xfffu;
 
 @compute @workgroup_size(8, 8)

@@ -1,7 +1,7 @@
-// Which texels of a square show the surface that the square keeps.
+// Tests which texels show the same surface.
 
-/// Whether two points show the same surface, so that what is known of them may be averaged: normals within 60 degrees,
-/// and the second point nearer to the first one's tangent plane than the square is wide there.
+/// Whether two points show the same surface, so that their values may be averaged: normals within 60 degrees, and the
+/// second point closer to the first one's tangent plane than the width of the square there.
 fn same_surface(normal: vec3f, position: vec3f, other_normal: vec3f, other_position: vec3f, width: f32) -> bool {
     return dot(normal, other_normal) > 0.5 && abs(dot(normal, other_position - position)) < width;
 }

@@ -1,4 +1,4 @@
-// Light of all bounces: the sum so far and one bounce more.
+// Adds one more bounce to the light of all bounces so far.
 
 @group(0) @binding(0) var light: texture_2d<f32>;
 @group(0) @binding(1) var so_far: texture_2d<f32>;

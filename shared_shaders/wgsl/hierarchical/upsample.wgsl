@@ -1,7 +1,7 @@
-// variants: to_display, float16, openness
-// Brings the indirect light of one level to the next finer one and adds what was gathered there, or
-// with `to_display` brings it to full resolution. One invocation serves all children of a coarse
-// texel: they share its nine neighbours. With `openness` what is brought is one number and no light.
+// variants: to_display, float16, ambient_visibility
+// Upsamples the indirect light of one level to the next finer one and adds the light gathered there; with `to_display`,
+// upsamples it to full resolution. One invocation computes all children of a coarse texel, because they share its nine
+// neighbours. With `ambient_visibility` the texture holds one number instead of light.
 import package::common::view::{View, SKY_DEPTH};
 @if(to_display) import package::common::view::{uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
@@ -9,7 +9,7 @@ import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, kernel_weights, MIN_WEIGHT};
 
 struct Params {
-    // Widths of a texel of either level in full-resolution pixels.
+    // Widths of a texel of each level in full-resolution pixels.
     fine_scale: f32,
     coarse_scale: f32,
 }
@@ -18,22 +18,22 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var coarse_surfels: texture_2d<u32>;
 @group(0) @binding(3) var coarse_indirect: texture_2d<f32>;
-@if(!float16 && !openness) @group(0) @binding(4) var indirect: texture_storage_2d<rgba32float, write>;
-@if(openness) @group(0) @binding(4) var indirect: texture_storage_2d<r32float, write>;
-@if(float16 && !openness) @group(0) @binding(4) var indirect: texture_storage_2d<rgba16float, write>;
+@if(!float16 && !ambient_visibility) @group(0) @binding(4) var indirect: texture_storage_2d<rgba32float, write>;
+@if(ambient_visibility) @group(0) @binding(4) var indirect: texture_storage_2d<r32float, write>;
+@if(float16 && !ambient_visibility) @group(0) @binding(4) var indirect: texture_storage_2d<rgba16float, write>;
 @if(!to_display) @group(0) @binding(5) var surfels: texture_2d<u32>;
 @if(!to_display) @group(0) @binding(6) var gathered: texture_2d<f32>;
 @if(to_display) @group(0) @binding(5) var depth: texture_2d<f32>;
 @if(to_display) @group(0) @binding(6) var normal: texture_2d<f32>;
 
 // Children of a coarse texel along one axis.
-override CHILDREN: u32 = 2u;
+override CHILDREN: u32;
 // 0 nearest, 1 linear, 2 spline (3x3).
-override KERNEL: u32 = 2u;
-// Whether this level gathered anything (single-level images leave levels out).
-override GATHERED: bool = true;
+override KERNEL: u32;
+// Whether this level gathered anything. If only one level is wanted, the others do not.
+override GATHERED: bool;
 
-// The fine texel's surface: its tangent plane is where dot(normal, position) = offset.
+// The fine texel's surface. Its tangent plane is dot(normal, position) = offset.
 struct Fine {
     depth: f32,
     normal: vec3f,
@@ -55,7 +55,7 @@ fn load_fine(texel: vec2u) -> Fine {
     return Fine(d, n, dot(n, view_position(uv_of_texel(texel, 1.0, view.display_size), d, view.tan_half_fov)));
 }
 
-// A coarse texel. Where there is no surface `normal` is 0, which makes every weight 0, and `depth` is FAR.
+// A coarse texel. Without a surface `normal` is 0, which makes every weight 0, and `depth` is FAR.
 struct Parent {
     depth: f32,
     normal: vec3f,
@@ -64,7 +64,7 @@ struct Parent {
 }
 
 fn load_parent(texel: vec2i) -> Parent {
-    // Off the screen the words are zero, which reads as sky.
+    // Off the screen the words are zero, like the sky.
     let size = vec2i(textureDimensions(coarse_surfels));
     let on_screen = all(vec2u(texel) < vec2u(size));
     let words = select(vec4u(0u), textureLoad(coarse_surfels, texel, 0), on_screen);
@@ -77,7 +77,7 @@ fn load_parent(texel: vec2i) -> Parent {
     );
 }
 
-// The sums so far of weighted light and of weights, and the light of the parent nearest in depth with its distance.
+// Sums of weighted light and of weights, and the light of the parent nearest in depth with its distance.
 struct Sum {
     weighted: vec4f,
     closest: vec4f,
@@ -101,7 +101,7 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(coarse_surfels)) {
         return;
     }
-    // The nine parents have names instead of places in an array, so that they stay in registers.
+    // The nine parents are variables instead of an array, so that they stay in registers.
     let at = vec2i(id.xy);
     let parent_00 = load_parent(at + vec2i(-1, -1));
     let parent_10 = load_parent(at + vec2i(0, -1));
@@ -115,14 +115,14 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
     let fine_size = textureDimensions(indirect);
     let tolerance = inverse_tolerance(1.0, params.coarse_scale, view.tan_half_fov.y, view.display_size.y);
     for (var child = 0u; child < CHILDREN * CHILDREN; child++) {
-        let place = vec2u(child % CHILDREN, child / CHILDREN);
-        let texel = id.xy * CHILDREN + place;
+        let offset = vec2u(child % CHILDREN, child / CHILDREN);
+        let texel = id.xy * CHILDREN + offset;
         if any(texel >= fine_size) {
             continue;
         }
         let fine = load_fine(texel);
-        // From the middle of the coarse texel, in its widths.
-        let f = (vec2f(place) + 0.5) / f32(CHILDREN) - 0.5;
+        // From the middle of the coarse texel, in widths of it.
+        let f = (vec2f(offset) + 0.5) / f32(CHILDREN) - 0.5;
         let column = kernel_weights(KERNEL, f.x);
         let row = kernel_weights(KERNEL, f.y);
         let nearness = tolerance / max(fine.depth, SMALLEST_DEPTH);
@@ -136,7 +136,7 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
         sum = add(sum, fine, nearness, parent_02, column.x * row.z);
         sum = add(sum, fine, nearness, parent_12, column.y * row.z);
         sum = add(sum, fine, nearness, parent_22, column.z * row.z);
-        // Where no parent shows this surface, the one nearest in depth is the best guess.
+        // If no parent shows this surface, use the one nearest in depth.
         let weight = sum.weighted.w;
         var result = select(sum.closest.rgb, sum.weighted.rgb / max(weight, MIN_WEIGHT), weight > MIN_WEIGHT);
         @if(!to_display) {
@@ -148,12 +148,11 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
         @if(float16) {
             result = min(result, vec3f(LARGEST_FLOAT16));
         }
-        // How much the parents know of this surface, for passes that gather anew where it is little; of the sky all is
-        // known.
+        // Sum of the weights, for passes that recompute pixels where it is small. It is 1 for the sky.
         let known = select(1.0, min(weight, 1.0), fine.depth > SKY_DEPTH);
         textureStore(indirect, texel, vec4f(result, known));
     }
 }
 
-// The smallest normal float: the sky has no depth to divide by.
+// The smallest normal float, because the sky has no depth to divide by.
 const SMALLEST_DEPTH: f32 = 1.17549435e-38;

@@ -1,19 +1,20 @@
-// variants: float16, openness, packed
-// Brings light from half resolution to the display with the linear kernel. One invocation serves the four pixels between
-// four coarse texels, which share these as parents: fewer fetches than nine for the four pixels of a texel. With `openness`
-// what is brought is one number; with `packed` the coarse light is the radiance of surfels.
+// variants: float16, ambient_visibility, packed
+// Upsamples light from half resolution to the display with the linear kernel. One invocation computes the four pixels
+// between four coarse texels, which are the parents of all of them. This takes fewer fetches than nine for the four
+// pixels of a texel. With `ambient_visibility` the texture holds one number. With `packed` the coarse light is the
+// radiance of surfels.
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
-@if(packed && !openness) import package::common::surfel::surfel_radiance;
+@if(packed && !ambient_visibility) import package::common::surfel::surfel_radiance;
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN_WEIGHT};
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var coarse_surfels: texture_2d<u32>;
-@if(!packed || openness) @group(0) @binding(2) var coarse_indirect: texture_2d<f32>;
-@if(!float16 && !openness) @group(0) @binding(3) var indirect: texture_storage_2d<rgba32float, write>;
-@if(openness) @group(0) @binding(3) var indirect: texture_storage_2d<r32float, write>;
-@if(float16 && !openness) @group(0) @binding(3) var indirect: texture_storage_2d<rgba16float, write>;
+@if(!packed || ambient_visibility) @group(0) @binding(2) var coarse_indirect: texture_2d<f32>;
+@if(!float16 && !ambient_visibility) @group(0) @binding(3) var indirect: texture_storage_2d<rgba32float, write>;
+@if(ambient_visibility) @group(0) @binding(3) var indirect: texture_storage_2d<r32float, write>;
+@if(float16 && !ambient_visibility) @group(0) @binding(3) var indirect: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(4) var depth: texture_2d<f32>;
 @group(0) @binding(5) var normal: texture_2d<f32>;
 
@@ -21,7 +22,7 @@ const COARSE_SCALE: f32 = 2.0;
 /// Farther than any surface.
 const FAR: f32 = 3.4e38;
 
-/// A coarse texel. Where there is no surface `normal` is 0, which makes every weight 0, and `depth` is FAR.
+/// A coarse texel. Without a surface `normal` is 0, which makes every weight 0, and `depth` is FAR.
 struct Parent {
     depth: f32,
     normal: vec3f,
@@ -30,12 +31,12 @@ struct Parent {
 }
 
 fn load_parent(texel: vec2i) -> Parent {
-    // Off the screen the words are zero, which reads as sky.
+    // Off the screen the words are zero, like the sky.
     let size = vec2i(textureDimensions(coarse_surfels));
     let words = select(vec4u(0u), textureLoad(coarse_surfels, texel, 0), all(vec2u(texel) < vec2u(size)));
     let there = surfel_depth(words) > SKY_DEPTH;
-    @if(packed && !openness) let light = surfel_radiance(words);
-    @if(!packed || openness) let light = textureLoad(coarse_indirect, clamp(texel, vec2i(0), size - 1), 0).rgb;
+    @if(packed && !ambient_visibility) let light = surfel_radiance(words);
+    @if(!packed || ambient_visibility) let light = textureLoad(coarse_indirect, clamp(texel, vec2i(0), size - 1), 0).rgb;
     return Parent(
         select(FAR, surfel_depth(words), there),
         select(vec3f(0.0), surfel_normal(words), there),
@@ -44,7 +45,7 @@ fn load_parent(texel: vec2i) -> Parent {
     );
 }
 
-/// The pixel, its tangent plane (where dot(normal, position) = offset), and one over the distance to it that is tolerated.
+/// The pixel, its tangent plane (dot(normal, position) = offset), and the inverse of the tolerated distance to it.
 struct Fine {
     depth: f32,
     normal: vec3f,
@@ -52,7 +53,7 @@ struct Fine {
     nearness: f32,
 }
 
-/// The sums so far of weighted light and of weights, and the light of the parent nearest in depth with its distance.
+/// Sums of weighted light and of weights, and the light of the parent nearest in depth with its distance.
 struct Sum {
     weighted: vec4f,
     closest: vec4f,
@@ -68,10 +69,10 @@ fn add(sum: Sum, fine: Fine, parent: Parent, kernel: f32) -> Sum {
     );
 }
 
-/// Three quarters of the way are the nearer parent's.
+/// The nearer parent has three quarters of the weight along each axis.
 const NEAR: f32 = 0.75;
 
-/// Writes the pixel whose nearest parent is `nearest`; `across` and `down` lie beside it, `far` opposite.
+/// Writes the pixel whose nearest parent is `nearest`. `across` and `down` are next to it, `far` is diagonal.
 fn write_pixel(texel: vec2i, tolerance: f32, nearest: Parent, across: Parent, down: Parent, far: Parent) {
     if any(vec2u(texel) >= textureDimensions(indirect)) {
         return;
@@ -79,14 +80,14 @@ fn write_pixel(texel: vec2i, tolerance: f32, nearest: Parent, across: Parent, do
     let d = textureLoad(depth, texel, 0).x;
     let n = textureLoad(normal, texel, 0).xyz;
     let uv = uv_of_texel(vec2u(texel), 1.0, view.display_size);
-    // The sky has no depth to divide by; it has no light either.
+    // The sky has no depth to divide by, and no light.
     let fine = Fine(d, n, dot(n, view_position(uv, d, view.tan_half_fov)), tolerance / max(d, 1e-30));
     var sum = Sum(vec4f(0.0), vec4f(0.0, 0.0, 0.0, FAR));
     sum = add(sum, fine, nearest, NEAR * NEAR);
     sum = add(sum, fine, across, NEAR * (1.0 - NEAR));
     sum = add(sum, fine, down, NEAR * (1.0 - NEAR));
     sum = add(sum, fine, far, (1.0 - NEAR) * (1.0 - NEAR));
-    // Where no parent shows this surface, the one nearest in depth is the best guess.
+    // If no parent shows this surface, use the one nearest in depth.
     let weight = sum.weighted.w;
     var result = select(sum.closest.rgb, sum.weighted.rgb / max(weight, MIN_WEIGHT), weight > MIN_WEIGHT);
     result = select(vec3f(0.0), result, d > SKY_DEPTH);
@@ -96,7 +97,7 @@ fn write_pixel(texel: vec2i, tolerance: f32, nearest: Parent, across: Parent, do
 
 @compute @workgroup_size(8, 8)
 fn upsample(@builtin(global_invocation_id) id: vec3u) {
-    // Between the texels before and at `at`: one row and one column more than there are texels.
+    // The texels at and before `at`: there is one row and one column more than texels.
     let at = vec2i(id.xy);
     if any(id.xy > textureDimensions(coarse_surfels)) {
         return;

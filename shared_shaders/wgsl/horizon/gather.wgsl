@@ -1,8 +1,8 @@
 // variants: ambient, packed
-// Horizon-based indirect lighting (Mayaux 2018): along each side of a slice, a sample above the horizon so far lights the
-// receiver through the angle between the two. What lies under the horizon is hidden: the depth buffer is a height field. With `ambient` the
-// environment adds what a surface of the normal receives, times openness.
-// Light in rgb, openness in a.
+// Horizon-based indirect lighting (Mayaux 2018): along each side of a slice, a sample above the horizon so far lights
+// the receiver through the angle between the two. Everything below the horizon is occluded, because the depth buffer is
+// taken as a height field. With `ambient`, the environment adds the irradiance of the normal times ambient visibility.
+// Light is in rgb, ambient visibility in a.
 import package::common::math::{most, spread2};
 @if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor};
 import package::common::tile::tiled_pixel;
@@ -11,9 +11,10 @@ import package::common::plane::plane_radiance;
 import package::common::surfel::surfel_depth;
 @if(packed) import package::common::surfel::with_radiance;
 import package::common::slice::{
-    Screen, Receiver, Slice, Side, Strides, Place, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
-    place_at, ray_of, is_within, arc_of_side, arc_to,
+    Screen, Receiver, Slice, Side, Strides, TexelPosition, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
+    position_at, ray_of, is_within, arc_of_side, arc_to,
 };
+import package::common::streams::SLICE_STREAM;
 
 struct Params {
     // Width of a texel in full-resolution pixels.
@@ -26,23 +27,21 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(5) var planes: texture_2d<u32>;
-// With `packed` surfels with the light as radiance.
+// With `packed`, surfels whose radiance is the light.
 @if(packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32uint, write>;
 @if(!packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 
 @if(ambient) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
-override SLICES: u32 = 1u;
-override STEPS: u32 = 12u;
-override SPACING: u32 = 1u;
-override JITTER: bool = true;
+override SLICES: u32;
+override STEPS: u32;
+override SPACING: u32;
+override JITTER: bool;
 
-// Streams of random numbers, and what sets successive slices apart: those of the bitmask, so that both see the same samples.
-const SLICE_STREAM: u32 = 2048u;
 const GOLDEN: f32 = 0.6180339887498949;
 
-/// One side of a slice, where its next sample stands, the cosine of its horizon so far, the arc that this leaves open, and
-/// the light found below.
+/// One side of a slice: the position of its next sample, the cosine of its horizon so far, the arc above the horizon,
+/// and the light found below it.
 struct Walk {
     side: Side,
     strides: Strides,
@@ -58,15 +57,15 @@ fn begin_walk(receiver: Receiver, slice: Slice, radius: f32, sign: f32, jitter: 
     return Walk(side, strides, strides.way, -sign * slice.sin_angle, arc_of_side(slice, sign), vec3f(0.0));
 }
 
-/// Takes in what the texel of the walk's sample shows, and steps on.
-fn take(walk: ptr<function, Walk>, receiver: Receiver, slice: Slice, radius: f32, seen: Place, words: vec4u) {
+/// Adds the texel of the walk's sample and advances the walk.
+fn take(walk: ptr<function, Walk>, receiver: Receiver, slice: Slice, radius: f32, seen: TexelPosition, words: vec4u) {
     let side = (*walk).side;
     let plane = plane_of(receiver, side, words, seen.offset, (*walk).way);
-    let place = place_at(receiver, ray_of(receiver, side, (*walk).way), plane.here);
-    let cosine = place.x * inverseSqrt(dot(place.xy, place.xy));
-    let rises = cosine > (*walk).horizon && is_within(place, radius);
-    let left = select((*walk).open, arc_to(place.xy, slice, side.sign), rises);
-    // The approximation of the angle does not fall everywhere that it should: never less than nothing.
+    let position = position_at(receiver, ray_of(receiver, side, (*walk).way), plane.here);
+    let cosine = position.x * inverseSqrt(dot(position.xy, position.xy));
+    let rises = cosine > (*walk).horizon && is_within(position, radius);
+    let left = select((*walk).open, arc_to(position.xy, slice, side.sign), rises);
+    // The approximated angle is not monotonic everywhere, so negative differences are clamped.
     (*walk).light += select(0.0, most((*walk).open - left, 0.0), plane.faces) * plane_radiance(words);
     (*walk).open = left;
     (*walk).horizon = select((*walk).horizon, cosine, rises);
@@ -97,7 +96,7 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
         var right = begin_walk(receiver, slice, radius, 1.0, jitter, screen);
         var left = begin_walk(receiver, slice, radius, -1.0, other, screen);
         for (var step = 0u; step < STEPS; step++) {
-            // Both fetches first: one waits for memory while the other does.
+            // Both fetches come first, so that their latencies overlap.
             let seen_right = seen_at(right.side, right.way);
             let seen_left = seen_at(left.side, left.way);
             let words_right = textureLoad(planes, seen_right.texel, 0);
@@ -115,10 +114,10 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
             let part = irradiance_factor(i, world) * environment[IRRADIANCE + i].rgb;
             sum += vec4f(part * max(sum.w, 0.0), 0.0);
         }
-        // The polynomial may dip under zero where the sky is dark.
+        // The polynomial may be negative where the sky is dark.
         sum = max(sum, vec4f(0.0));
     }
-    // Weights of single slices may hide more than everything, rounding may open more.
+    // The weights of single slices may occlude more than everything, and rounding may open more.
     @if(packed) { textureStore(gathered, pixel, with_radiance(own, max(sum.rgb, vec3f(0.0)))); }
     @if(!packed) { textureStore(gathered, pixel, vec4f(max(sum.rgb, vec3f(0.0)), saturate(sum.w))); }
 }

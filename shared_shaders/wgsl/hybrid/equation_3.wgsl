@@ -1,8 +1,9 @@
 // Lambru et al., Equation 3.
-import package::light_views::light_surface::LightSurface;
+import package::reflective_shadow_maps::light_surface::LightSurface;
 
-/// What a sample adds to their mean for each unit of its light: cos+ cos'+ / r^2, which has the unit of one over an
-/// area. No nearer than its texel is wide, where the printed form has no bound, and never so much that light overflows.
+/// Contribution of a sample to the mean, per unit of its light: cos+ cos'+ / r^2, in units of one over an area. The
+/// distance is at least the texel width, because the printed form is unbounded, and the result is limited so that light
+/// stays finite.
 fn equation_3(position: vec3f, normal: vec3f, surface: LightSurface) -> f32 {
     let toward = surface.position - position;
     let square = max(max(dot(toward, toward), surface.area), 1e-30);

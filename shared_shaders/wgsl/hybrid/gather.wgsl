@@ -1,8 +1,9 @@
 // variants: near, far, visibility, recompute, float16
-// Hybrid diffuse light (Lambru et al., section 3.1): with `near`, from what the camera sees within a radius (SSDO);
-// with `far`, from what the lights see beyond it (RSM). The two domains share no pair of points, so they add up.
-// With `recompute`, for those pixels of the display of whose surface the coarse texels know too little (Dachsbacher &
-// Stamminger 2005, section 4.3); the others keep what was interpolated.
+// Hybrid diffuse light (Lambru et al., section 3.1). With `near`, light from the screen within a radius (SSDO). With
+// `far`, light from the reflective shadow maps beyond it. The two domains share no pair of points, so they add up. With
+// `recompute`, only for display pixels whose surface the coarse texels hardly show (Dachsbacher & Stamminger 2005,
+// section 4.3); other pixels keep the interpolated light.
+@if(near) import package::common::math::GOLDEN_ROTATION;
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{LARGEST_RADIANCE, PI, spread2};
 @if(far && visibility) import package::common::math::largest;
@@ -10,20 +11,22 @@ import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, s
 import package::common::view::{View, SKY_DEPTH};
 @if(recompute) import package::common::view::{uv_of_texel, view_position};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
-import package::light_views::light_surface::LightSurface;
-import package::light_views::transfer::transfer;
+@if(far) import package::common::streams::FAR_STREAM;
+@if(near) import package::common::streams::NEAR_STREAM;
+import package::reflective_shadow_maps::light_surface::LightSurface;
+import package::reflective_shadow_maps::transfer::transfer;
 @if(far && visibility) import package::scene_voxels::candidates::{Candidates, with_candidate, next_choice};
 @if(far && visibility) import package::scene_voxels::sees::{RayEnd, ray_end, sees};
 
 struct Params {
     // Width of a texel in full-resolution pixels.
     scale: f32,
-    // Border between near and far, scene units.
+    // Near-field distance, scene units.
     radius: f32,
-    // Virtual lights in the list, and the share of them that one receiver looks at: 1 / stride.
-    virtual_lights: u32,
+    // Number of virtual point lights in the list, and the share of them that one receiver reads: 1 / stride.
+    virtual_point_lights: u32,
     stride: u32,
-    // Least weight of coarse texels that show a pixel's surface.
+    // Smallest weight of coarse texels that counts as showing a pixel's surface.
     @if(recompute) least_weight: f32,
 }
 
@@ -32,42 +35,35 @@ struct Params {
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @if(!float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba16float, write>;
-@if(far) @group(0) @binding(4) var<storage, read> virtual_lights: array<LightSurface>;
+@if(far) @group(0) @binding(4) var<storage, read> virtual_point_lights: array<LightSurface>;
 
 @if(recompute) @group(0) @binding(7) var depth: texture_2d<f32>;
 @if(recompute) @group(0) @binding(8) var normal: texture_2d<f32>;
-// Light, and in a how much coarse texels knew.
+// Light, and in a the weight of the coarse texels.
 @if(recompute) @group(0) @binding(9) var interpolated: texture_2d<f32>;
 
-// Successive lights of which one is picked, by what it would bring, and tested for visibility.
-@if(far && visibility) override SAMPLES_PER_RAY: u32 = 8u;
-// Samples of the near part.
-@if(near) override NEAR_SAMPLES: u32 = 32u;
-// Whether a filter averages successive frames, which then share out the directions between them.
-override OVER_FRAMES: bool = false;
+// Number of successive lights of which one is chosen by its contribution and tested for visibility.
+@if(far && visibility) override SAMPLES_PER_RAY: u32;
+// Number of samples of the near part.
+@if(near) override NEAR_SAMPLES: u32;
+// Whether a temporal filter averages successive frames. The directions are then stratified over frames.
+override OVER_FRAMES: bool;
 
-// Streams of random numbers.
-@if(near) const NEAR_STREAM: u32 = 3072u;
-@if(far) const FAR_STREAM: u32 = 3073u;
-
-// cos and sin of the golden angle (Vogel 1979).
-@if(near) const TURN: vec2f = vec2f(-0.7373688780783197, 0.6754902942615238);
-
-/// Light of nearby sources whose form factors sum to `w`. A hemisphere has no more than 1: what goes beyond is the noise
-/// of few samples that stand for many, and is taken back.
+/// Light of nearby sources whose form factors sum to `w`. A hemisphere has a sum of at most 1. More is the noise of few
+/// samples that stand for many, and is divided out.
 @if(near)
 fn within_hemisphere(light: vec4f) -> vec3f {
     return light.rgb / max(light.w, 1.0);
 }
 
-/// From surfaces that the camera sees within the radius. Samples cover, evenly, the disc that a sphere of the radius
-/// around the receiver fills on the screen at most.
+/// Light from surfaces on the screen within the radius. Samples cover evenly the largest disc that a sphere of the
+/// radius around the receiver can have on the screen.
 @if(near)
 fn light_from_near(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     let size = vec2f(textureDimensions(surfels));
     let pixel = 2.0 * view.tan_half_fov / view.display_size;
     let texel = pixel.y * params.scale;
-    // Towards the eye the sphere looks larger than at its centre.
+    // The sphere looks larger towards the eye than at its centre.
     let nearest = max(-position.z - params.radius, -0.25 * position.z);
     let reach = min(params.radius / (nearest * texel), length(size));
     let random = spread2(id, view.frame, NEAR_STREAM, view.seed, OVER_FRAMES);
@@ -77,15 +73,15 @@ fn light_from_near(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     @if(recompute) { centre /= params.scale; }
     // Screen area of a sample, full-resolution pixels, times the area of a pixel at depth 1.
     let area = PI * reach * reach * params.scale * params.scale / f32(NEAR_SAMPLES) * pixel.x * pixel.y;
-    // The disc of one texel bounds the form factor; a sample stands for several.
+    // The disc of one texel bounds the form factor. A sample stands for several texels.
     let disc = pixel.x * pixel.y * params.scale * params.scale;
     // Light, and the sum of form factors.
     var sum = vec4f(0.0);
     for (var i = 0u; i < NEAR_SAMPLES; i++) {
         let point = centre + reach * sqrt((f32(i) + random.x) / f32(NEAR_SAMPLES)) * direction;
         direction = vec2f(
-            direction.x * TURN.x - direction.y * TURN.y,
-            direction.x * TURN.y + direction.y * TURN.x,
+            direction.x * GOLDEN_ROTATION.x - direction.y * GOLDEN_ROTATION.y,
+            direction.x * GOLDEN_ROTATION.y + direction.y * GOLDEN_ROTATION.x,
         );
         let words = textureLoad(surfels, vec2i(floor(point)), 0);
         let on_screen = all(point >= vec2f(0.0)) && all(point * params.scale < view.display_size);
@@ -102,7 +98,7 @@ fn light_from_near(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     return within_hemisphere(sum * (area / disc));
 }
 
-/// The end of a ray; place and normal in view space.
+/// The end of a ray. Position and normal are in view space.
 @if(far && visibility)
 fn ray_end_of_view(position: vec3f, normal: vec3f) -> RayEnd {
     return ray_end(
@@ -111,10 +107,10 @@ fn ray_end_of_view(position: vec3f, normal: vec3f) -> RayEnd {
     );
 }
 
-/// What a virtual light of the list would bring if nothing stood in between.
+/// Contribution of a virtual point light without occluders.
 @if(far)
 fn light_from(i: u32, position: vec3f, normal: vec3f) -> vec3f {
-    let surface = virtual_lights[i];
+    let surface = virtual_point_lights[i];
     var factor = transfer(position, normal, surface) * surface.factor;
     @if(near) {
         factor = select(factor, 0.0, distance(surface.position, position) < params.radius);
@@ -122,31 +118,31 @@ fn light_from(i: u32, position: vec3f, normal: vec3f) -> vec3f {
     return surface.radiance * factor;
 }
 
-/// From what the lights see beyond the radius: every `stride`-th light of the list, from a place that differs between
-/// neighbours.
+/// Light from virtual point lights beyond the radius: every `stride`-th light of the list, from an offset that differs
+/// between neighbours.
 @if(far)
 fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     let random = spread2(id, view.frame, FAR_STREAM, view.seed, OVER_FRAMES);
     var sum = vec3f(0.0);
     let first = u32(random.x * f32(params.stride));
     @if(!visibility) {
-        for (var i = first; i < params.virtual_lights; i += params.stride) {
+        for (var i = first; i < params.virtual_point_lights; i += params.stride) {
             sum += light_from(i, position, normal);
         }
     }
     @if(visibility) {
         let here = ray_end_of_view(position, normal);
         var choice = random.y;
-        for (var start = first; start < params.virtual_lights; start += params.stride * SAMPLES_PER_RAY) {
+        for (var start = first; start < params.virtual_point_lights; start += params.stride * SAMPLES_PER_RAY) {
             var candidates = Candidates(0.0, start, choice);
             for (var j = 0u; j < SAMPLES_PER_RAY; j++) {
                 let i = start + j * params.stride;
-                if i < params.virtual_lights {
+                if i < params.virtual_point_lights {
                     candidates = with_candidate(candidates, i, largest(light_from(i, position, normal)));
                 }
             }
             if candidates.strength > 0.0 {
-                let surface = virtual_lights[candidates.picked];
+                let surface = virtual_point_lights[candidates.picked];
                 if sees(here, ray_end_of_view(surface.position, surface.normal)) {
                     sum += surface.radiance * (candidates.strength / largest(surface.radiance));
                 }
@@ -157,7 +153,7 @@ fn light_from_far(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     return sum * f32(params.stride);
 }
 
-/// All light that reaches a surface. `id` is that of its texel or pixel.
+/// All light of a surface. `id` is its texel or pixel.
 fn light_at(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
     var sum = vec3f(0.0);
     @if(near) { sum += light_from_near(position, normal, id); }
@@ -177,7 +173,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
         sum = light_at(position, surfel_normal(own), id.xy);
     }
-    // The largest radiance times the lights that one stands for stays a number.
+    // The largest radiance times the lights that one stands for stays finite.
     textureStore(gathered, id.xy, vec4f(min(sum, vec3f(LARGEST_RADIANCE)), 1.0));
 }
 

@@ -1,6 +1,6 @@
 // A pixel of the screen, in 32 bits.
 
-/// The mirror direction meets nothing that is seen.
+/// The mirror direction hits no visible surface.
 const NOTHING: u32 = 0xffffffffu;
 
 fn pack_pixel(pixel: vec2u) -> u32 {

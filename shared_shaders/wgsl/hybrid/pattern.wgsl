@@ -1,41 +1,41 @@
-// What a sample of a pattern stands for (Lambru et al., section 3.1, Figure 2): points spread evenly over the volume of
-// a hemisphere, or of the shell around it, that a view projects to the surfaces it sees.
+// Area of a sample of a pattern (Lambru et al., section 3.1, Figure 2): points distributed evenly over the volume of a
+// hemisphere, or of the shell around it, which a view projects to the surfaces it sees.
 import package::common::math::PI;
 
-/// The half shell between two radii over a surface; the inner one is in units of the outer one, 0 for a hemisphere.
+/// The half shell between two radii above a surface. The inner radius is in units of the outer one, 0 for a hemisphere.
 struct Pattern {
     normal: vec3f,
     inner: f32,
     outer: f32,
 }
 
-/// A sample whose ray crosses less of its pattern than this, in units of the radius, was put there by rounding.
+/// A sample whose ray crosses less of its pattern than this, in units of the radius, is a rounding error.
 const LEAST_CHORD: f32 = 1e-3;
 
-/// Samples nearer than a millionth of the radius to where rays begin are as good as there.
+/// Samples nearer than a millionth of the radius to the origin of the rays count as at it.
 const LARGEST_INVERSE: f32 = 1e6;
 
-/// Integral over s in low..high of (1 + q s)^2: how much wider than at s = 0 a beam is, for q one over its distance
-/// there.
+/// Integral over s in low..high of (1 + q s)^2: the widening of a beam relative to s = 0, with q the inverse of its
+/// distance there.
 fn beam(low: f32, high: f32, q: f32) -> f32 {
     return (high - low) * (1.0 + q * (high + low) + q * q * (high * high + high * low + low * low) / 3.0);
 }
 
-/// Area across a view's rays that a sample of the pattern stands for, in scene units squared, where its surface is as
-/// far away as the sample. All samples that the view projects to one place of its image lie on one ray; as many of them
-/// are expected there as the ray crosses of the pattern's volume, so that the share is one over that: sums are those
-/// over all of the view's image, whatever the pattern.
+/// Area across a view's rays that a sample of the pattern stands for, in scene units squared, if its surface is at the
+/// sample's distance. All samples that the view projects to one position of its image lie on one ray. Their expected
+/// number is the length of the ray inside the pattern, and the area is its inverse. Sums are then those over all of the
+/// view's image, whatever the pattern.
 ///
-/// `place` is the sample, in units of the radius from the receiver; `direction` that of the view's ray through it;
-/// `inverse_distance` one over its distance from where the rays begin, for each unit of the radius, 0 for parallel
-/// rays.
-fn sample_area(pattern: Pattern, place: vec3f, direction: vec3f, inverse_distance: f32, samples: u32) -> f32 {
+/// `offset` is the sample relative to the receiver, in units of the radius. `direction` is that of the view's ray
+/// through it. `inverse_distance` is the inverse of its distance from the origin of the rays, per unit of the radius; 0
+/// for parallel rays.
+fn sample_area(pattern: Pattern, offset: vec3f, direction: vec3f, inverse_distance: f32, samples: u32) -> f32 {
     let inverse = min(inverse_distance, LARGEST_INVERSE);
-    let along = dot(place, direction);
-    let across = place - along * direction;
+    let along = dot(offset, direction);
+    let across = offset - along * direction;
     let square = dot(across, across);
-    // Before the receiver's plane, and behind where rays begin.
-    let height = dot(place, pattern.normal);
+    // In front of the receiver's plane, and behind the origin of the rays.
+    let height = dot(offset, pattern.normal);
     let slope = dot(direction, pattern.normal);
     let plane = -height / select(slope, 1e-30, abs(slope) < 1e-30);
     let low = max(select(-4.0, plane, slope > 0.0), select(-4.0, -1.0 / max(inverse, 0.25), inverse > 0.25));

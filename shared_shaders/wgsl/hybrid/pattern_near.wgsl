@@ -1,25 +1,26 @@
 // variants: published
-// Nearby light by the paper's pattern (Lambru et al., section 3.1; Ritschel et al. 2009): points inside a small
-// hemisphere, projected to the screen. Each stands for the area of its share of the pattern; with `published` it counts
-// where what is seen hides it, by Equation 3: a mean between points, without units.
+// Near light by the paper's pattern (Lambru et al., section 3.1; Ritschel et al. 2009): points inside a small
+// hemisphere, projected to the screen. Each point stands for the area of its share of the pattern. With `published` it
+// counts if the visible surface occludes it, by Equation 3: a mean between points, without units.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::hemisphere::hemisphere_point;
 import package::common::math::{LARGEST_RADIANCE, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};
 import package::common::view::{View, SKY_DEPTH, pixel_of};
+import package::common::streams::PATTERN_NEAR_STREAM;
 @if(published) import package::hybrid::equation_3::equation_3;
 @if(!published) import package::hybrid::pattern::{Pattern, sample_area};
-import package::light_views::light_surface::LightSurface;
-@if(!published) import package::light_views::transfer::transfer;
+import package::reflective_shadow_maps::light_surface::LightSurface;
+@if(!published) import package::reflective_shadow_maps::transfer::transfer;
 
 struct Params {
     // Width of a texel in full-resolution pixels.
     scale: f32,
-    // Of the hemisphere, scene units.
+    // Radius of the hemisphere, scene units.
     radius: f32,
     samples: u32,
-    // Brightness of a sample of the `published` weighting: its intensity over the samples of all patterns (Equations 2
-    // and 5).
+    // Brightness of a sample of the `published` weighting: its intensity over the number of samples of all patterns
+    // (Equations 2 and 5).
     weight: f32,
 }
 
@@ -27,8 +28,6 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
-
-const STREAM: u32 = 3076u;
 
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
@@ -41,13 +40,13 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     if surfel_depth(own) > SKY_DEPTH {
         let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
         let normal = surfel_normal(own);
-        let random = spread2(id.xy, view.frame, STREAM, view.seed, false);
+        let random = spread2(id.xy, view.frame, PATTERN_NEAR_STREAM, view.seed, false);
         // Solid angle of a texel in the middle of the screen.
         let pixel = 2.0 * view.tan_half_fov / view.display_size * params.scale;
         let texel_angle = pixel.x * pixel.y;
         for (var i = 0u; i < params.samples; i++) {
-            let place = hemisphere_point(normal, i, params.samples, random);
-            let point = position + params.radius * place;
+            let offset = hemisphere_point(normal, i, params.samples, random);
+            let point = position + params.radius * offset;
             let at = pixel_of(point, view.tan_half_fov, view.display_size);
             let texel = vec2i(floor(at / params.scale));
             let on_screen = point.z < 0.0 && all(at >= vec2f(0.0)) && all(at < view.display_size);
@@ -69,11 +68,11 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 let away = max(length(point), 1e-30);
                 let ray = point / away;
                 let pattern = Pattern(normal, 0.0, params.radius);
-                let area = sample_area(pattern, place, ray, params.radius / away, params.samples);
-                // A texel covers the less of the sphere around the eye, the farther it is from the middle.
+                let area = sample_area(pattern, offset, ray, params.radius / away, params.samples);
+                // The solid angle of a texel decreases away from the middle of the screen.
                 let cosine = max(-ray.z, 1e-3);
                 let texels = area / max(texel_angle * cosine * cosine * cosine * away * away, 1e-36);
-                // None stands for more than all of the screen.
+                // No sample stands for more than the whole screen.
                 let all_texels = f32(textureDimensions(surfels).x * textureDimensions(surfels).y);
                 factor = select(0.0, transfer(position, normal, surface) * min(texels, all_texels), within);
             }
@@ -81,6 +80,6 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     @if(published) { sum.w = 1.0; }
-    // Discs of many samples may cover one another; a hemisphere has no more than 1.
+    // Discs of many samples may overlap. The form factors of a hemisphere sum to at most 1.
     textureStore(gathered, id.xy, vec4f(min(sum.rgb / max(sum.w, 1.0), vec3f(LARGEST_RADIANCE)), 1.0));
 }

@@ -1,10 +1,9 @@
-// The direction in which a glossy surface is asked what it shows.
+// The direction of a glossy surface's reflection ray.
 import package::common::math::{PI, spread2};
+import package::common::streams::REFLECTION_STREAM;
 
-const STREAM: u32 = 3078u;
-
-/// The mirror direction of the ray to a place in view space; or with `lobe` one drawn from the Phong lobe around it
-/// with the density (s + 1) / (2 pi) cos^s, the same one in every pass of a frame.
+/// The mirror direction of the ray to a position in view space. With `lobe`, a direction sampled from the Phong lobe
+/// around it with density (s + 1) / (2 pi) cos^s; it is the same in every pass of a frame.
 fn reflected(
     position: vec3f,
     normal: vec3f,
@@ -19,15 +18,15 @@ fn reflected(
     if !lobe {
         return mirror;
     }
-    let random = spread2(id, frame, STREAM, seed, over_frames);
-    // The logarithm of a number in (0, 1]: sharp lobes have cosines next to 1, whose distance from it is what counts.
+    let random = spread2(id, frame, REFLECTION_STREAM, seed, over_frames);
+    // The logarithm of a number in (0, 1]. Narrow lobes have cosines close to 1, whose distance from 1 needs precision.
     let logarithm = log(1.0 - random.x) / (max(exponent, 0.0) + 1.0);
     let height = exp(logarithm);
-    // 1 - exp(2 l), without the difference of two numbers next to each other.
+    // 1 - exp(2 l), without cancellation.
     let square = select(1.0 - height * height, -2.0 * logarithm, logarithm > -1e-3);
     let across = sqrt(max(square, 0.0));
     let angle = 2.0 * PI * random.y;
-    // An orthonormal basis without a branch but for the sign (Duff et al. 2017).
+    // Orthonormal basis without a branch (Duff et al. 2017).
     let side = select(-1.0, 1.0, mirror.z >= 0.0);
     let a = -1.0 / (side + mirror.z);
     let b = mirror.x * mirror.y * a;

@@ -1,7 +1,8 @@
 // variants: light, ambient, packed
-// Screen-space ray marching (Sousa et al. 2011): rays of random, cosine-distributed directions, stepped along the screen
-// until one is behind what is seen there by less than the thickness. What they hit lights the receiver; without `light`
-// only openness is found: the share of rays that hit nothing. With `ambient` those see the environment.
+// Screen-space ray marching (Sousa et al. 2011): rays of random, cosine-distributed directions advance along the screen
+// until one is behind the visible surface by less than the thickness. The hit surface lights the receiver. Without
+// `light`, only ambient visibility is found: the share of rays that hit nothing. With `ambient`, those rays see the
+// environment.
 import package::common::math::{PI, random3, spread2};
 @if(ambient && light) import package::common::environment::{MAP, latlong};
 import package::common::tile::tiled_pixel;
@@ -10,15 +11,16 @@ import package::common::surfel::surfel_depth;
 @if(light && packed) import package::common::surfel::with_radiance;
 @if(light) import package::common::plane::plane_radiance;
 import package::common::slice::{
-    Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, seen_at, plane_of, place_at, ray_of, back_of,
+    Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, seen_at, plane_of, position_at, ray_of, back_of,
 };
+import package::common::streams::{RAY_STREAM, RAY_JITTER_STREAM};
 
 struct Params {
     // Width of a texel in full-resolution pixels.
     scale: f32,
     // Scene units.
     radius: f32,
-    // Thickness of all that is seen: scene units, and for each unit of depth.
+    // Thickness of every surface: a constant part in scene units, and a part for each unit of depth.
     thickness: f32,
     thickness_slope: f32,
 }
@@ -27,35 +29,35 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(5) var planes: texture_2d<u32>;
-// Light in rgb, openness in a; with `packed` surfels with the light as radiance; or openness alone.
+// Light in rgb and ambient visibility in a. With `packed`, surfels whose radiance is the light. Without `light`,
+// ambient visibility alone.
 @if(light && packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32uint, write>;
 @if(light && !packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
 @if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
-override RAYS: u32 = 2u;
-override STEPS: u32 = 16u;
-override SPACING: u32 = 1u;
+override RAYS: u32;
+override STEPS: u32;
+override SPACING: u32;
 
-const RAY_STREAM: u32 = 2056u;
-const JITTER_STREAM: u32 = 2057u;
 const GOLDEN: f32 = 0.6180339887498949;
 
-/// Light of one ray, and in the last component 1 where it hit nothing.
+/// Light of one ray; the last component is 1 if it hit nothing.
 fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> vec4f {
-    // The ray lies in the slice through its direction, at one angle.
+    // The ray lies in the slice through its direction, at a constant angle.
     let cosine = dot(direction, receiver.to_eye);
     let across = direction - cosine * receiver.to_eye;
     let sine = length(across);
-    // Along the view ray nothing is crossed.
+    // A ray along the view ray crosses no texels.
     if sine < 1e-4 {
         return vec4f(0.0, 0.0, 0.0, 1.0);
     }
     let slice = Slice(across / sine, 0.0, 0.0, 0.0, 0.0);
     let radius = params.radius / receiver.depth;
     let side = side_of(receiver, slice, 1.0, radius, screen);
-    // Depth along the ray at a way w is top / (top + w * slope): it ends where that is infinite, or leaves the radius.
+    // Depth along the ray at a distance w is top / (top + w * slope). The ray ends where this is infinite or leaves the
+    // radius.
     let top = receiver.ray_length * sine;
     let slope = side.along * cosine - side.towards_eye * sine;
     let furthest = top * radius / max(side.along * receiver.ray_length - slope * radius, 1e-30);
@@ -70,11 +72,11 @@ fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> v
         let words = textureLoad(planes, seen.texel, 0);
         let plane = plane_of(receiver, side, words, seen.offset, way);
         let ray = ray_of(receiver, side, way);
-        let place = place_at(receiver, ray, plane.here);
+        let position = position_at(receiver, ray, plane.here);
         let away = ray * inverseSqrt(dot(ray, ray));
-        let back = back_of(place, away, thickness, thickness_slope);
-        // The ray passes between front and back: they stand on either side of it.
-        let front_side = place.x * sine - place.y * cosine;
+        let back = back_of(position, away, thickness, thickness_slope);
+        // The ray passes between front and back if they are on either side of it.
+        let front_side = position.x * sine - position.y * cosine;
         let back_side = back.x * sine - back.y * cosine;
         if front_side >= 0.0 && back_side <= 0.0 && plane.own > 0.0 {
             @if(light) { return vec4f(select(vec3f(0.0), plane_radiance(words), plane.faces), 0.0); }
@@ -85,7 +87,7 @@ fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> v
     return vec4f(0.0, 0.0, 0.0, 1.0);
 }
 
-/// A direction around `normal`, its density proportional to the cosine.
+/// A direction around `normal` with a cosine-weighted density.
 fn cosine_direction(normal: vec3f, random: vec2f) -> vec3f {
     let helper = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.x) > 0.7);
     let tangent = normalize(cross(helper, normal));
@@ -110,12 +112,12 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
     let screen = screen_of(view.display_size, view.tan_half_fov, params.scale);
     let receiver = receiver_of(own, pixel, screen);
     let random = spread2(pixel, view.frame, RAY_STREAM, view.seed, false);
-    let jitter = random3(pixel, view.frame, JITTER_STREAM, view.seed).x;
+    let jitter = random3(pixel, view.frame, RAY_JITTER_STREAM, view.seed).x;
     var sum = vec4f(0.0);
     for (var i = 0u; i < RAYS; i++) {
-        // The rays of a pixel are spread evenly over the hemisphere.
-        let place = fract(random + vec2f((f32(i) + 0.5) / f32(RAYS), GOLDEN * f32(i)));
-        let direction = cosine_direction(receiver.normal, place);
+        // The rays of a pixel are stratified over the hemisphere.
+        let position = fract(random + vec2f((f32(i) + 0.5) / f32(RAYS), GOLDEN * f32(i)));
+        let direction = cosine_direction(receiver.normal, position);
         var found = march(receiver, direction, fract(jitter + GOLDEN * f32(i)), screen);
         @if(ambient && light) {
             let world = (view.view_to_world * vec4f(direction, 0.0)).xyz;

@@ -1,11 +1,12 @@
-// One of several sources that stands for all of them where its ray is free (resampled importance sampling, Talbot et
-// al. 2005): the mean stays what rays to all of them would bring.
+// Resampled importance sampling (Talbot et al. 2005): one of several sources is tested by a ray and stands for all of
+// them. The mean is that of a ray to each source.
 
-/// Candidates so far: what all of them would bring, and the one that was picked in proportion to that.
+/// The candidates so far: the sum of their contributions, and the one that was chosen in proportion to its
+/// contribution.
 struct Candidates {
     strength: f32,
     picked: u32,
-    // One number serves all choices: what is left of it after each one is as random as before.
+    // One random number serves all choices: its remainder after each choice is uniform again.
     choice: f32,
 }
 
@@ -21,7 +22,7 @@ fn with_candidate(so_far: Candidates, index: u32, strength: f32) -> Candidates {
     );
 }
 
-/// The number for the next candidates: the golden ratio's steps fill the line evenly.
+/// The random number for the next candidates: steps of the golden ratio fill the interval evenly.
 fn next_choice(choice: f32) -> f32 {
     return fract(choice + 0.6180339887498949);
 }

@@ -1,29 +1,29 @@
-// variants: alpha_tested, moving
-// Sets the cubes that the scene's surfaces cross: every triangle is covered with points less than a cube apart.
+// variants: alpha_tested, animated
+// Sets the voxels that the scene's surfaces cross: every triangle is covered with points less than a voxel apart.
 import package::common::scene::Vertex;
 @if(alpha_tested) import package::common::scene::Material;
-@if(moving) import package::common::scene::Object;
+@if(animated) import package::common::scene::Object;
 @if(alpha_tested) import package::common::scene_textures::is_hole;
 import package::scene_voxels::grid::{Grid, word_index, grid_position};
 
 @group(0) @binding(0) var<storage, read> grid: Grid;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> indices: array<u32>;
-@group(0) @binding(3) var<storage, read_write> cubes: array<atomic<u32>>;
+@group(0) @binding(3) var<storage, read_write> voxels: array<atomic<u32>>;
 @if(alpha_tested) @group(0) @binding(4) var<storage, read> materials: array<Material>;
-@if(moving) @group(0) @binding(5) var<storage, read> objects: array<Object>;
+@if(animated) @group(0) @binding(5) var<storage, read> objects: array<Object>;
 
-// Points for each cube's width along a side of a triangle: a plane that cuts less than this off a cube is let go.
-const POINTS_A_CUBE: f32 = 1.5;
-// Invocations that share a triangle: row i of its points is that of invocation i modulo ROWS. Small triangles have one
-// or two rows, walls and floors hundreds. With fine cubes they are more (renderer/src/scene_voxels.rs).
-override ROWS: u32 = 8u;
-// No side of a triangle inside the grid is longer than this many points.
+// Points per voxel width along a side of a triangle. A voxel that a plane cuts by less than this spacing may be missed.
+const POINTS_PER_VOXEL: f32 = 1.5;
+// Invocations that share a triangle: invocation i modulo ROWS handles row i of its points. Small triangles have one or
+// two rows, walls and floors hundreds. Fine voxels need more invocations (renderer/src/gi/scene_voxels.rs).
+override ROWS: u32;
+// Upper bound of the points along a side of a triangle inside the grid.
 const MOST_POINTS: f32 = 8192.0;
 
 fn corner(index: u32) -> vec3f {
     var world = vec4f(vertices[index].position, 1.0);
-    @if(moving) {
+    @if(animated) {
         world = objects[vertices[index].object].to_world * world;
     }
     return grid_position(grid, world.xyz);
@@ -39,8 +39,8 @@ fn fill(@builtin(global_invocation_id) id: vec3u) {
     let a = corner(at.x);
     let ab = corner(at.y) - a;
     let ac = corner(at.z) - a;
-    let sides = vec2f(length(ab), length(ac)) * POINTS_A_CUBE;
-    // Also false for what is not a number.
+    let sides = vec2f(length(ab), length(ac)) * POINTS_PER_VOXEL;
+    // Also rejects NaN.
     if !(max(sides.x, sides.y) < MOST_POINTS) {
         return;
     }
@@ -51,7 +51,7 @@ fn fill(@builtin(global_invocation_id) id: vec3u) {
     @if(alpha_tested) let uv_ac = vertices[at.z].uv - uv;
     for (var i = id.y; i <= rows; i += ROWS) {
         let b = f32(i) / f32(rows);
-        // The row ends on the third side.
+        // The row ends at the third side.
         let points = u32(ceil((1.0 - b) * sides.y)) + 1u;
         for (var j = 0u; j <= points; j++) {
             let c = (1.0 - b) * f32(j) / f32(points);
@@ -60,9 +60,9 @@ fn fill(@builtin(global_invocation_id) id: vec3u) {
                     continue;
                 }
             }
-            let cube = clamp(vec3i(floor(a + b * ab + c * ac)), vec3i(0), vec3i(grid.size) - 1);
-            let bit = 1u << (u32(cube.x) & 31u);
-            atomicOr(&cubes[word_index(grid, vec3u(cube))], bit);
+            let voxel = clamp(vec3i(floor(a + b * ab + c * ac)), vec3i(0), vec3i(grid.size) - 1);
+            let bit = 1u << (u32(voxel.x) & 31u);
+            atomicOr(&voxels[word_index(grid, vec3u(voxel))], bit);
         }
     }
 }

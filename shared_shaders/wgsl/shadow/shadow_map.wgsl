@@ -1,23 +1,24 @@
-// variants: alpha_tested, moving, triangles
-// Depth as one light (or one of the six faces around it) sees it, with `triangles` also which triangle is seen.
+// variants: alpha_tested, animated, triangles
+// Depth from one light or one cube face; with `triangles`, also the number of the visible triangle.
 import package::common::scene::Vertex;
 @if(alpha_tested) import package::common::scene::Material;
-@if(moving) import package::common::scene::Object;
+@if(animated) import package::common::scene::Object;
 @if(alpha_tested) import package::common::scene_textures::is_hole;
-import package::light_views::light_view::LightView;
+import package::common::shadow_view::ShadowView;
 
-@group(0) @binding(0) var<uniform> light_view: LightView;
+@group(0) @binding(0) var<uniform> shadow_view: ShadowView;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @if(alpha_tested) @group(0) @binding(2) var<storage, read> materials: array<Material>;
-@if(moving) @group(0) @binding(3) var<storage, read> objects: array<Object>;
-// A vertex, and the number of the triangle that begins with it (`NumberedTriangles` of renderer/src/scene_buffers.rs).
+@if(animated) @group(0) @binding(3) var<storage, read> objects: array<Object>;
+// A vertex, and the number of the triangle that begins with it (`NumberedTriangles` of
+// renderer/src/scene/numbered_triangles.rs).
 @if(triangles) @group(0) @binding(4) var<storage, read> corners: array<vec2u>;
 
 struct Varyings {
     @builtin(position) clip: vec4f,
     @if(alpha_tested) @location(0) uv: vec2f,
     @if(alpha_tested) @location(1) @interpolate(flat, either) material: u32,
-    // From 1; 0 is nothing. That of the triangle's first corner.
+    // Number of the triangle from its first corner, counted from 1; 0 is none.
     @if(triangles) @location(2) @interpolate(flat, first) triangle: u32,
 }
 
@@ -30,10 +31,10 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
         out.triangle = corners[index].y;
     }
     var world = vec4f(source.position, 1.0);
-    @if(moving) {
+    @if(animated) {
         world = objects[source.object].to_world * world;
     }
-    out.clip = light_view.world_to_clip * world;
+    out.clip = shadow_view.world_to_clip * world;
     @if(alpha_tested) {
         out.uv = source.uv;
         out.material = source.material;

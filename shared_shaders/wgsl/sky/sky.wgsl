@@ -1,4 +1,4 @@
-// The environment where the camera sees no surface.
+// Adds the environment where the camera sees no surface.
 import package::common::environment::{MAP, latlong};
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 

@@ -1,11 +1,12 @@
-// Screen-space directional occlusion, its indirect light (Ritschel et al. 2009, section 3.2): points inside a hemisphere
-// are projected to the screen; those behind what is seen there are hidden by a surface that sends light.
+// Screen-space directional occlusion, its indirect light (Ritschel et al. 2009, section 3.2): points inside a
+// hemisphere are projected to the screen. The visible surface in front of a point occludes it and sends light.
 import package::common::hemisphere::hemisphere_point;
 import package::common::math::{PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};
 import package::common::view::{View, SKY_DEPTH, pixel_of};
-import package::light_views::light_surface::LightSurface;
-import package::light_views::transfer::transfer;
+import package::common::streams::SSDO_STREAM;
+import package::reflective_shadow_maps::light_surface::LightSurface;
+import package::reflective_shadow_maps::transfer::transfer;
 
 struct Params {
     // Width of a texel in full-resolution pixels.
@@ -21,11 +22,10 @@ struct Params {
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 
-override SAMPLES: u32 = 64u;
-// Each sample as a disc of its share of the hemisphere's base (true), or Lambru's Equation 3, a mean without units.
-override RADIOMETRIC: bool = true;
-
-const STREAM: u32 = 3074u;
+override SAMPLES: u32;
+// Each sample is a disc of its share of the hemisphere's base (true), or follows Lambru's Equation 3, a mean without
+// units (false).
+override RADIOMETRIC: bool;
 
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
@@ -38,8 +38,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     if surfel_depth(own) > SKY_DEPTH {
         let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
         let normal = surfel_normal(own);
-        let random = spread2(id.xy, view.frame, STREAM, view.seed, false);
-        // A sample's share of the disc under the hemisphere.
+        let random = spread2(id.xy, view.frame, SSDO_STREAM, view.seed, false);
+        // A sample's share of the disc below the hemisphere.
         let area = PI * params.radius * params.radius / f32(SAMPLES);
         for (var i = 0u; i < SAMPLES; i++) {
             let point = position + params.radius * hemisphere_point(normal, i, SAMPLES, random);
@@ -62,6 +62,6 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             sum += select(vec4f(0.0), vec4f(surfel_radiance(words), 1.0) * factor, hidden);
         }
     }
-    // Discs of many samples may cover one another; a hemisphere has no more than 1.
+    // Discs of many samples may overlap. The form factors of a hemisphere sum to at most 1.
     textureStore(gathered, id.xy, vec4f(sum.rgb / max(sum.w, 1.0), 1.0));
 }

@@ -1,11 +1,11 @@
-// The frame before, as a pass sees it that reuses what that frame left.
+// The previous frame, for passes that reproject it.
 
 struct PreviousView {
-    // View space of this frame to view space of the frame before, for points that stand still.
+    // View space of this frame to view space of the previous frame, for static points.
     view_to_previous: mat4x4f,
     tan_half_fov: vec2f,
-    // Whether the frame before may be used at all: 0 in the first frame and after a cut.
+    // Whether the previous frame may be used: 0 in the first frame and after a cut.
     valid: u32,
-    // Frames since anything changed: camera, scene, light or settings.
-    still_frames: u32,
+    // Number of frames since anything changed: camera, scene, light or settings.
+    static_frames: u32,
 }

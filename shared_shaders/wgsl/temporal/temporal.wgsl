@@ -1,20 +1,20 @@
-// variants: moving, float16, glossy
+// variants: animated, float16, glossy
 // Temporal filter (Soler & Hoel 2010, Equation 6) with the filtered image as history:
 //
 //     F_i = a W(F_{i-1}) + (1 - a) I_i
 //
-// W follows the camera and, with `moving`, each object to where the surface was. What was there counts only where
-// depth and normal say that it was this surface. A pixel that remembers n frames takes at most a = 1 - 1 / (n + 1),
-// so that a newly seen surface starts an average of its own and converges at once. (The paper prints I_{i-1} for
-// the history; that would average two frames and no more.)
+// W reprojects along the motion of the camera and, with `animated`, of each object. History counts only if depth and
+// normal show the same surface. A pixel with a history of n frames uses at most a = 1 - 1 / (n + 1), so that a newly
+// visible surface starts a new average and converges at once. (The paper prints I_{i-1} for the history, which would
+// average two frames only.)
 //
-// With `glossy` the light is what mirror lobes send to the eye. When the eye, the surface or what it mirrors moves, it
-// changes the faster the narrower the lobe is, so fewer frames are averaged (the paper's discussion, section 5.3).
+// With `glossy` the light is that of mirror lobes. If the eye, the surface or the mirrored surface moves, it changes
+// faster the narrower the lobe is, so fewer frames are averaged (the paper's discussion, section 5.3).
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position, pixel_of};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 @if(glossy) import package::common::scene::Material;
-@if(moving) import package::common::scene::{Object, transform_normal};
-@if(!moving) import package::common::scene::transform_normal;
+@if(animated) import package::common::scene::{Object, transform_normal};
+@if(!animated) import package::common::scene::transform_normal;
 import package::temporal::history::{
     History, MOST_FRAMES, pack_history, history_depth, history_direction, history_frames, history_light, history_object,
 };
@@ -23,8 +23,8 @@ import package::temporal::previous_view::PreviousView;
 struct Params {
     // The parameter a: share of the history, 0..1.
     a: f32,
-    // From this many still frames on, what came before them weighs so little that a still pixel may average
-    // without end.
+    // After this many static frames the weight of older light is negligible, and a static pixel may average without
+    // limit.
     settle_frames: u32,
 }
 
@@ -38,49 +38,49 @@ struct Params {
 @group(0) @binding(7) var history: texture_storage_2d<rgba32uint, write>;
 @if(!float16) @group(0) @binding(8) var filtered: texture_storage_2d<rgba32float, write>;
 @if(float16) @group(0) @binding(8) var filtered: texture_storage_2d<rgba16float, write>;
-@if(moving) @group(0) @binding(9) var object: texture_2d<u32>;
-@if(moving) @group(0) @binding(10) var<storage, read> objects: array<Object>;
+@if(animated) @group(0) @binding(9) var object: texture_2d<u32>;
+@if(animated) @group(0) @binding(10) var<storage, read> objects: array<Object>;
 @if(glossy) @group(0) @binding(11) var material: texture_2d<u32>;
 @if(glossy) @group(0) @binding(12) var<storage, read> materials: array<Material>;
 
-/// A tap is another surface where it lies farther than this from the tangent plane, in widths of a pixel:
-/// shading normals tilt planes, and one pixel to the side a plane of 10 degrees off, seen at 80, is one pixel away.
+/// A tap shows another surface if it is farther than this from the tangent plane, in widths of a pixel. Shading normals
+/// tilt planes: one pixel to the side, a plane that is off by 10 degrees and seen at 80 degrees is one pixel away.
 const PLANE_TOLERANCE: f32 = 2.0;
-/// ... or where the normals differ by more than 25 degrees.
+/// ... or if the normals differ by more than 25 degrees.
 const NORMAL_TOLERANCE: f32 = 0.906;
-/// Light that has moved over this share of the picture's height says nothing any more: screen-space light
-/// depends on the place on the screen, and every frame on the way blurs it once.
+/// Light that moved by this share of the image's height is discarded. Screen-space light depends on the screen
+/// position, and every reprojection blurs it.
 const REACH: f32 = 0.1;
-/// Taps of less weight than this agree on nothing.
+/// A smaller total weight of taps does not count.
 const MIN_WEIGHT: f32 = 0.01;
 
-/// The parameter a for light of a lobe of this width: as many frames fewer as the lobe is narrower than the widest one.
+/// The parameter a for a lobe of this width. The number of averaged frames is proportional to the width.
 @if(glossy)
 fn narrowed(a: f32, width: f32) -> f32 {
     let frames = max((1.0 + a) / (1.0 - a) * width, 1.0);
     return (frames - 1.0) / (frames + 1.0);
 }
 
-struct Remembered {
+struct Reprojected {
     light: vec3f,
     frames: f32,
     weight: f32,
 }
 
-/// A surface where the frame before had it.
+/// A surface in the previous frame.
 struct Surface {
     position: vec3f,
     normal: vec3f,
     object: u32,
 }
 
-/// Whether the frame before shows this surface at a pixel.
+/// Whether the previous frame shows this surface at a pixel.
 fn shows(words: vec4u, tap: vec2i, surface: Surface) -> bool {
     let depth = history_depth(words);
     let position = view_position(uv_of_texel(vec2u(tap), 1.0, view.display_size), depth, previous.tan_half_fov);
     let pixel_width = 2.0 * previous.tan_half_fov.y / view.display_size.y * depth;
     let distance = abs(dot(surface.normal, position - surface.position));
-    // Squares instead of a square root: the direction is not of unit length.
+    // Squares instead of a square root, because the direction is not of unit length.
     let direction = history_direction(words);
     let cosine = max(dot(surface.normal, direction), 0.0);
     return depth > SKY_DEPTH && history_object(words) == (surface.object & 15u)
@@ -88,14 +88,14 @@ fn shows(words: vec4u, tap: vec2i, surface: Surface) -> bool {
         && cosine * cosine >= NORMAL_TOLERANCE * NORMAL_TOLERANCE * dot(direction, direction);
 }
 
-/// What the frame before knew of a surface that stood at pixel `at` of it.
-fn remember(surface: Surface, at: vec2f) -> Remembered {
+/// The previous frame's light of a surface that was at pixel `at`.
+fn reproject(surface: Surface, at: vec2f) -> Reprojected {
     let corner = floor(at - 0.5);
     let f = at - 0.5 - corner;
     let size = vec2i(view.display_size);
-    // Where nothing moves, one texel has all the weight.
+    // If nothing moved, one texel has all the weight.
     let taps = select(4u, 1u, all(f == vec2f(0.0)));
-    var sum = Remembered(vec3f(0.0), 0.0, 0.0);
+    var sum = Reprojected(vec3f(0.0), 0.0, 0.0);
     for (var i = 0u; i < taps; i++) {
         let offset = vec2u(i & 1u, i >> 1u);
         let tap = vec2i(corner) + vec2i(offset);
@@ -127,7 +127,7 @@ fn temporal(@builtin(global_invocation_id) id: vec3u) {
     var light = textureLoad(indirect, id.xy, 0).rgb;
     var own_object = 0u;
     var to_previous = previous.view_to_previous;
-    @if(moving) {
+    @if(animated) {
         own_object = textureLoad(object, id.xy, 0).x;
         to_previous = objects[own_object].view_to_previous;
     }
@@ -142,17 +142,17 @@ fn temporal(@builtin(global_invocation_id) id: vec3u) {
     }
     var frames = 0u;
     if previous.valid != 0u && position_before.z < 0.0 {
-        // The way on the screen, added to the pixel's own centre: where nothing moves it is exactly zero, and
-        // the average of a still picture stays sharp.
+        // The motion on the screen, added to the pixel's own centre. If nothing moved it is exactly zero, and the
+        // average of a static image stays sharp.
         let way = pixel_of(position_before, previous.tan_half_fov, view.display_size)
             - pixel_of(position, view.tan_half_fov, view.display_size);
         let at = vec2f(id.xy) + 0.5 + way;
-        // A surface far off the screen may be anywhere: its place need not fit an integer.
+        // A surface far off the screen may have coordinates that do not fit an integer.
         if all(abs(at - 0.5 * view.display_size) < view.display_size) {
             let surface = Surface(position_before, normalize(transform_normal(to_previous, n)), own_object);
-            let before = remember(surface, at);
+            let before = reproject(surface, at);
             cap = min(cap, max(1.0 - length(way) / (reach * view.display_size.y), 0.0));
-            if previous.still_frames >= params.settle_frames {
+            if previous.static_frames >= params.settle_frames {
                 cap = 1.0;
             }
             if before.weight > MIN_WEIGHT {
@@ -162,7 +162,7 @@ fn temporal(@builtin(global_invocation_id) id: vec3u) {
             }
         }
     }
-    // An average with weight a equals one of (1 + a) / (1 - a) frames, as far as noise goes.
+    // An average with weight a has the noise of a mean of (1 + a) / (1 - a) frames.
     let most = u32(min((1.0 + cap) / max(1.0 - cap, 1e-4), f32(MOST_FRAMES)));
     @if(float16) {
         light = min(light, vec3f(LARGEST_FLOAT16));

@@ -1,16 +1,16 @@
-// Progressive path tracing. `primary` looks through the pixel centres once; every dispatch of
-// `paths` then adds samples to the sums of a range of 8 x 8 blocks of pixels.
+// Progressive path tracing. `primary` traces the pixel centres once. Every dispatch of `paths` then adds samples to the
+// sums of a range of 8 x 8 blocks of pixels.
 //
-// Radiance in here is multiplied by params.radiance_scale, a power of two that brings the brightest
-// source near 1, so that squares of it neither overflow nor vanish. Rust twin:
-// renderer/src/truth/.
+// Radiance here is multiplied by params.radiance_scale, a power of two that scales the brightest source to about 1, so
+// that its square neither overflows nor vanishes. The Rust twin is renderer/src/truth/.
 import package::common::math::{PI, octahedral_encode, octahedral_decode, random3};
 import package::common::scene::{Material, Light, NO_TEXTURE, light_incidence};
 import package::common::texture_pool::{texture_footprint, filter_footprint};
 import package::common::environment::{MAP, latlong};
 import package::common::view::view_position;
+import package::common::streams::PATH_GLOSSY_STREAM;
 import package::truth::traversal::{
-    FAR, Ray, Hit, texels, triangles, place, traverse, cross_triangle, attributes_at,
+    FAR, Ray, Hit, texels, triangles, texel_coordinates, traverse, cross_triangle, attributes_at,
 };
 
 struct Params {
@@ -35,48 +35,46 @@ struct Params {
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
-// 1 to 4 belong to package::truth::traversal.
+// Bindings 1 to 4 belong to package::truth::traversal.
 @group(0) @binding(5) var<storage, read> materials: array<Material>;
 @group(0) @binding(6) var<storage, read> lights: array<Light>;
-// Primary hits, one a pixel.
+// Primary hits, one per pixel.
 @group(0) @binding(7) var<storage, read_write> surfaces: array<PrimarySurface>;
-// SUM_WORDS a pixel: rays traced (a bit pattern), then what the offsets below name.
+// SUM_WORDS words per pixel: the number of traced rays (a bit pattern), then the sums at the offsets below.
 @group(0) @binding(8) var<storage, read_write> sums: array<f32>;
 
-// As `common/environment.wgsl` lays it out.
+// Layout as in `common/environment.wgsl`.
 @group(0) @binding(9) var<storage, read> environment: array<vec4f>;
 
-/// Where the sums of an output start in a pixel's words, 0 where it is not asked for: a sum of
-/// three channels and a sum of their squares; for the ambient occlusion the count of open rays.
-override SUM_WORDS: u32 = 1u;
-override BOUNCE1: u32 = 0u;
-override INDIRECT: u32 = 0u;
-override ON_SCREEN: u32 = 0u;
-override OCCLUSION: u32 = 0u;
-override GLOSSY: u32 = 0u;
-/// Bounces of the longest path; 0 where only the ambient occlusion is asked for.
-override BOUNCES: u32 = 1u;
+/// Offset of an output's sums in a pixel's words, 0 if it is not requested. An output has a sum of three channels and a
+/// sum of their squares; ambient visibility has the count of open rays.
+override SUM_WORDS: u32;
+override BOUNCE1: u32;
+override INDIRECT: u32;
+override ON_SCREEN: u32;
+override OCCLUSION: u32;
+override GLOSSY: u32;
+/// Bounces of the longest path; 0 if only ambient visibility is requested.
+override BOUNCES: u32;
 /// Whether the scene has an environment.
-override ENVIRONMENT: bool = false;
-/// Whether some material lets light through.
-override TRANSLUCENT: bool = false;
-/// Whether any triangle has holes.
-override HOLES: bool = false;
+override ENVIRONMENT: bool;
+/// Whether some material is translucent.
+override TRANSLUCENT: bool;
+/// Whether any triangle is alpha-masked.
+override HOLES: bool;
 
-/// A ray leaves a surface this part of the larger of |position| and the scene's radius away from
-/// it: 64 rounding steps of float32.
+/// Offset of a ray from its surface, relative to the larger of |position| and the scene's radius: 64 rounding steps of
+/// float32.
 const OFFSET: f32 = 7.62939453125e-6;
-/// Paths whose weight is under this may end early; Russian roulette makes up for it.
+/// Paths of lower weight may end early. Russian roulette compensates.
 const ROULETTE_WEIGHT: f32 = 0.1;
-/// Stream of random numbers for glossy light, after those of all bounces.
-const GLOSSY_STREAM: u32 = 64u;
-/// Bit of a triangle's material that marks one which receives light and sends none: twin of renderer/src/truth/bvh.rs.
+/// Bit of a triangle's material for receive-only surfaces. Twin of renderer/src/truth/bvh.rs.
 const RECEIVE_ONLY: u32 = 0x80000000u;
 
-/// What the eye sees through the centre of a pixel.
+/// The surface at the centre of a pixel.
 struct PrimarySurface {
     position: vec3f,
-    // Planar view depth; 0 where there is no surface.
+    // Planar view depth; 0 without a surface.
     depth: f32,
     normal: vec3f,
     // Geometric normal, facing the eye: octahedral, two signed 16-bit numbers.
@@ -86,12 +84,12 @@ struct PrimarySurface {
     // `radiance_scale` included.
     direct: vec3f,
     material: u32,
-    // What passes from the far side, `radiance_scale` included.
+    // Light from the far side, `radiance_scale` included.
     transmitted: vec3f,
     unused: u32,
 }
 
-/// A point on a surface, its normals turned towards the ray that found it.
+/// A point on a surface. Its normals face the ray that found it.
 struct Surface {
     position: vec3f,
     // Shading normal.
@@ -100,7 +98,7 @@ struct Surface {
     albedo: vec3f,
     emission: vec3f,
     material: u32,
-    // Whether light leaves it for other surfaces.
+    // Whether it sends light to other surfaces.
     sends: bool,
 }
 
@@ -111,7 +109,7 @@ fn sample_texture(start: u32, uv: vec2f) -> vec4f {
     return filter_footprint(words, at.weights);
 }
 
-/// Radiance from outside the scene.
+/// Radiance of the environment.
 fn sky(direction: vec3f) -> vec3f {
     if !ENVIRONMENT {
         return vec3f(0.0);
@@ -127,19 +125,19 @@ fn is_open(ray: Ray, reach: f32) -> bool {
     return trace(ray, reach, true).distance == FAR;
 }
 
-/// The unit vector, or `fallback` where it has no direction.
+/// The unit vector, or `fallback` for a vector without a direction.
 fn unit_or(v: vec3f, fallback: vec3f) -> vec3f {
     let square = dot(v, v);
     return select(fallback, v * inverseSqrt(square), square > 1e-30 && square < 1e30);
 }
 
 fn surface_at(hit: Hit, ray: Ray) -> Surface {
-    let corner = bitcast<vec3f>(textureLoad(triangles, place(hit.slot * 3u)).xyz);
-    let edge_1 = bitcast<vec3f>(textureLoad(triangles, place(hit.slot * 3u + 1u)).xyz);
-    let edge_2 = bitcast<vec3f>(textureLoad(triangles, place(hit.slot * 3u + 2u)).xyz);
+    let corner = bitcast<vec3f>(textureLoad(triangles, texel_coordinates(hit.slot * 3u)).xyz);
+    let edge_1 = bitcast<vec3f>(textureLoad(triangles, texel_coordinates(hit.slot * 3u + 1u)).xyz);
+    let edge_2 = bitcast<vec3f>(textureLoad(triangles, texel_coordinates(hit.slot * 3u + 2u)).xyz);
     let weights = cross_triangle(hit.slot, ray).weights;
     let on_it = attributes_at(hit.slot, weights);
-    // Edges relative to their own length: the cross product of tiny ones would vanish.
+    // Edges are scaled by their length, because the cross product of tiny ones would vanish.
     let size = max(max(abs(edge_1.x), abs(edge_1.y)), max(abs(edge_1.z), 1e-30));
     var geometric = unit_or(cross(edge_1 / size, edge_2 / size), -normalize(ray.direction));
     geometric = select(geometric, -geometric, dot(geometric, ray.direction) > 0.0);
@@ -167,13 +165,13 @@ fn offset_length(position: vec3f) -> f32 {
     return OFFSET * max(max(max(a.x, a.y), max(a.z, params.scene_radius)), 1e-30);
 }
 
-/// A ray from a surface, started on the side that it leads to.
+/// A ray from a surface, offset to the side that it leads to.
 fn ray_from(position: vec3f, geometric_normal: vec3f, direction: vec3f) -> Ray {
     let offset = offset_length(position);
     return Ray(position + geometric_normal * select(-offset, offset, dot(geometric_normal, direction) >= 0.0), direction);
 }
 
-/// Radiance that leaves the surface after direct lighting, plus emission: `direct` of spec.
+/// Radiance that leaves the surface after direct lighting, plus emission: the output `direct`.
 fn direct_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
     var irradiance = vec3f(0.0);
     for (var i = 0u; i < params.light_count; i++) {
@@ -191,9 +189,9 @@ fn direct_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
     return surface.emission + surface.albedo / PI * (irradiance * params.radiance_scale);
 }
 
-/// Radiance that leaves a translucent surface of the light on its far side: light goes straight on from where it enters the
-/// body, over the distance inside (Beer-Lambert), and leaves as from a diffuse surface. A sheet has no inside. One body:
-/// what else stands between the light and where it enters hides it.
+/// Radiance that leaves a translucent surface from the light on its far side. Light travels straight from the entry
+/// point, is absorbed over the distance inside (Beer-Lambert), and leaves like from a diffuse surface. A sheet has no
+/// inside. There is one body: other occluders between the light and the entry point block it.
 fn transmitted_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
     let material = materials[surface.material];
     var sum = vec3f(0.0);
@@ -227,7 +225,7 @@ fn transmitted_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
     return material.translucency / PI * (sum * params.radiance_scale);
 }
 
-/// The direction that lies `radius` beside `normal` and `height` along it, turned around it by `angle`.
+/// The direction with the component `radius` across `normal` and `height` along it, rotated around it by `angle`.
 fn direction_around(normal: vec3f, radius: f32, height: f32, angle: f32) -> vec3f {
     // Branchless orthonormal basis (Duff et al. 2017).
     let side = select(-1.0, 1.0, normal.z >= 0.0);
@@ -238,7 +236,7 @@ fn direction_around(normal: vec3f, radius: f32, height: f32, angle: f32) -> vec3
     return normalize(tangent * (radius * cos(angle)) + bitangent * (radius * sin(angle)) + normal * height);
 }
 
-/// A direction around `normal`, its density proportional to the cosine.
+/// A direction around `normal` with a cosine-weighted density.
 fn cosine_direction(normal: vec3f, random: vec2f) -> vec3f {
     return direction_around(normal, sqrt(random.x), sqrt(max(1.0 - random.x, 1e-12)), 2.0 * PI * random.y);
 }
@@ -262,7 +260,7 @@ fn primary(
     if pixel.x >= params.width || pixel.y >= params.height {
         return;
     }
-    // Not normalised: its length along the axis is 1, so that distances are planar depths.
+    // Not normalized: its length along the axis is 1, so that distances are planar depths.
     let uv = (vec2f(pixel) + 0.5) / vec2f(f32(params.width), f32(params.height));
     let direction = (params.view_to_world * vec4f(view_position(uv, 1.0, params.tan_half_fov), 0.0)).xyz;
     let ray = Ray(params.view_to_world[3].xyz, direction);
@@ -289,7 +287,7 @@ fn primary(
     surfaces[pixel.y * params.width + pixel.x] = result;
 }
 
-/// Whether the eye sees this point, on the side that `from` sees, inside the image.
+/// Whether the eye sees this point inside the image, on the side that `from` sees.
 fn is_on_screen(position: vec3f, geometric_normal: vec3f, rays: ptr<function, u32>) -> bool {
     let p = (params.world_to_view * vec4f(position, 1.0)).xyz;
     let eye = params.view_to_world[3].xyz;
@@ -302,7 +300,7 @@ fn is_on_screen(position: vec3f, geometric_normal: vec3f, rays: ptr<function, u3
     return is_open(Ray(start, eye - start), 1.0);
 }
 
-/// One sample of everything that is asked for.
+/// One sample of all requested outputs.
 struct Sample {
     bounce1: vec3f,
     indirect: vec3f,
@@ -346,7 +344,7 @@ fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
         }
         result.indirect += weight * radiance;
         weight *= surface.albedo;
-        // Light paths live on with a chance that keeps their weight near ROULETTE_WEIGHT.
+        // Russian roulette: paths survive with a probability that keeps their weight near ROULETTE_WEIGHT.
         let heaviest = max(weight.x, max(weight.y, weight.z));
         let survival = min(heaviest / ROULETTE_WEIGHT, 1.0);
         if random.z >= survival {
@@ -360,9 +358,9 @@ fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
     return result;
 }
 
-/// Radiance that the surface's mirror lobe sends to the eye, Ks included, of what leaves other surfaces after direct
-/// light: the modified Phong lobe Ks (s + 2) / (2 pi) cos^s of `hierarchical/lobe.wgsl`, directions drawn by
-/// (s + 1) / (2 pi) cos^s.
+/// Radiance that the surface's mirror lobe sends to the eye, Ks included, from other surfaces after direct light: the
+/// modified Phong lobe Ks (s + 2) / (2 pi) cos^s of `hierarchical/lobe.wgsl`. Directions are sampled with density (s +
+/// 1) / (2 pi) cos^s.
 fn sample_lobe(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<function, u32>) -> vec3f {
     let material = materials[start.material];
     if !any(material.specular > vec3f(0.0)) {
@@ -370,12 +368,12 @@ fn sample_lobe(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
     }
     let eye = params.view_to_world[3].xyz;
     let mirror = reflect(unit_or(start.position - eye, -start.normal), start.normal);
-    let random = random3(pixel, index, GLOSSY_STREAM, params.seed);
+    let random = random3(pixel, index, PATH_GLOSSY_STREAM, params.seed);
     let exponent = max(material.phong_exponent, 0.0);
-    // The logarithm of a number in (0, 1]: sharp lobes have cosines next to 1, whose distance from it is what counts.
+    // The logarithm of a number in (0, 1]. Narrow lobes have cosines close to 1, whose distance from 1 needs precision.
     let logarithm = log(1.0 - random.x) / (exponent + 1.0);
     let height = exp(logarithm);
-    // 1 - exp(2 l), without the difference of two numbers next to each other.
+    // 1 - exp(2 l), without cancellation.
     let square = select(1.0 - height * height, -2.0 * logarithm, logarithm > -1e-3);
     let direction = direction_around(mirror, sqrt(max(square, 0.0)), height, 2.0 * PI * random.y);
     let cosine = dot(start.normal, direction);
@@ -396,7 +394,7 @@ fn sample_lobe(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
     return material.specular * (direct_radiance(surface, rays) * (cosine * (exponent + 2.0) / (exponent + 1.0)));
 }
 
-/// Only the occlusion is asked for: any hit within the radius will do.
+/// Only ambient visibility is requested: any hit within the radius suffices.
 fn sample_occlusion(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<function, u32>) -> Sample {
     var result = Sample();
     let direction = cosine_direction(start.normal, random3(pixel, index, 0u, params.seed).xy);
@@ -435,8 +433,8 @@ fn paths(
     if start.depth <= 0.0 {
         return;
     }
-    // Sums stay in registers over the samples and are added to one by one, so the result does not
-    // depend on how the samples were split into dispatches.
+    // Sums stay in registers over the samples and are added one by one, so that the result does not depend on how
+    // samples are split into dispatches.
     let at = index * SUM_WORDS;
     var bounce1: array<vec3f, 2>;
     var indirect: array<vec3f, 2>;

@@ -1,25 +1,24 @@
-// Rays against triangles through a compressed 8-wide BVH (Ylitie, Karras and Laine 2017).
+// Ray-triangle intersection through a compressed 8-wide BVH (Ylitie, Karras and Laine 2017).
 //
-// The nodes are read as five texels of four words, the layout of obvhs' CwBvhNode:
-//   0  corner of the box x, y, z | exponents of x, y, z and the mask of children that are nodes, 8 bits each
-//   1  first child node | first triangle | what each of the eight children is, 8 bits each
+// Nodes are five texels of four words, the layout of obvhs' CwBvhNode:
+//   0  corner of the box x, y, z | exponents of x, y, z and the mask of inner children, 8 bits each
+//   1  first child node | first triangle | contents of each of the eight children, 8 bits each
 //   2  for x: lower planes of the children (8 x 8 bits) | upper planes
 //   3  for y
 //   4  for z
-// All of it lies in read-only storage textures because these are the cheapest to fetch from under
-// lavapipe: 1.3 times as many rays a second as from sampled textures, 1.6 times as many as from
-// storage buffers. Rows are 2^ROW_BITS texels long.
+// All data is in read-only storage textures, the fastest resource to fetch from under lavapipe: 1.3 times as many rays
+// per second as sampled textures, 1.6 times as many as storage buffers. Rows are 2^ROW_BITS texels long.
 import package::common::scene::decode_texel;
 
 @group(0) @binding(1) var nodes: texture_storage_2d<rgba32uint, read>;
 
-// Three texels a triangle, in the order of the BVH's leaves, as bit patterns of float32:
+// Three texels per triangle, in the order of the BVH's leaves, as bit patterns of float32:
 //   0  first corner
-//   1  edge to the second corner | first texel of the mask in `texels`, 0 for none
+//   1  edge to the second corner | first texel of the alpha mask in `texels`, 0 for none
 //   2  edge to the third corner | width of the mask, and height in the upper half
 @group(0) @binding(2) var triangles: texture_storage_2d<rgba32uint, read>;
 
-// Four texels a triangle:
+// Four texels per triangle:
 //   0  normal of the first corner | its u
 //   1  normal of the second corner | v of the first
 //   2  normal of the third corner | index of the material
@@ -29,16 +28,16 @@ import package::common::scene::decode_texel;
 
 const ROW_BITS: u32 = 12u;
 
-/// Where a ray ends that nothing stops; also the distance of a miss.
+/// End of an unlimited ray; also the distance of a miss.
 const FAR: f32 = 1e30;
 
-/// Groups of unvisited nodes that a ray can hold: one a level. Eight-wide trees of millions of
-/// triangles are ten levels deep; the builder refuses deeper ones.
+/// Groups of unvisited nodes on the stack: one per level. Eight-wide trees of millions of triangles are ten levels
+/// deep; the builder refuses deeper trees.
 const MAX_DEPTH: u32 = 24u;
 
 struct Ray {
     origin: vec3f,
-    // Not necessarily of unit length; distances are in its units.
+    // Not necessarily of unit length. Distances are in units of its length.
     direction: vec3f,
 }
 
@@ -49,11 +48,11 @@ struct Hit {
     slot: u32,
 }
 
-fn place(texel: u32) -> vec2u {
+fn texel_coordinates(texel: u32) -> vec2u {
     return vec2u(texel & ((1u << ROW_BITS) - 1u), texel >> ROW_BITS);
 }
 
-/// Where a ray crosses the plane of a triangle.
+/// Intersection of a ray with the plane of a triangle.
 struct Crossing {
     distance: f32,
     // Barycentric coordinates of the second and third corner.
@@ -64,9 +63,9 @@ struct Crossing {
 
 /// After Möller and Trumbore (1997).
 fn cross_triangle(slot: u32, ray: Ray) -> Crossing {
-    let a = textureLoad(triangles, place(slot * 3u));
-    let b = textureLoad(triangles, place(slot * 3u + 1u));
-    let c = textureLoad(triangles, place(slot * 3u + 2u));
+    let a = textureLoad(triangles, texel_coordinates(slot * 3u));
+    let b = textureLoad(triangles, texel_coordinates(slot * 3u + 1u));
+    let c = textureLoad(triangles, texel_coordinates(slot * 3u + 2u));
     let edge_1 = bitcast<vec3f>(b.xyz);
     let edge_2 = bitcast<vec3f>(c.xyz);
     let p = cross(ray.direction, edge_2);
@@ -80,7 +79,7 @@ fn cross_triangle(slot: u32, ray: Ray) -> Crossing {
     );
 }
 
-/// What lies on a triangle.
+/// Interpolated attributes of a triangle.
 struct Attributes {
     normal: vec3f,
     uv: vec2f,
@@ -88,10 +87,10 @@ struct Attributes {
 }
 
 fn attributes_at(slot: u32, weights: vec2f) -> Attributes {
-    let a = textureLoad(attributes, place(slot * 4u));
-    let b = textureLoad(attributes, place(slot * 4u + 1u));
-    let c = textureLoad(attributes, place(slot * 4u + 2u));
-    let d = bitcast<vec4f>(textureLoad(attributes, place(slot * 4u + 3u)));
+    let a = textureLoad(attributes, texel_coordinates(slot * 4u));
+    let b = textureLoad(attributes, texel_coordinates(slot * 4u + 1u));
+    let c = textureLoad(attributes, texel_coordinates(slot * 4u + 2u));
+    let d = bitcast<vec4f>(textureLoad(attributes, texel_coordinates(slot * 4u + 3u)));
     let first = 1.0 - weights.x - weights.y;
     return Attributes(
         bitcast<vec3f>(a.xyz) * first + bitcast<vec3f>(b.xyz) * weights.x + bitcast<vec3f>(c.xyz) * weights.y,
@@ -100,7 +99,7 @@ fn attributes_at(slot: u32, weights: vec2f) -> Attributes {
     );
 }
 
-/// Whether the triangle is there at this point: the nearest texel of its mask decides.
+/// Whether the triangle exists at this point, by the nearest texel of its alpha mask.
 fn is_present(slot: u32, crossing: Crossing) -> bool {
     let size = vec2u(crossing.mask.y & 0xffffu, crossing.mask.y >> 16u);
     let texel = min(vec2u(fract(attributes_at(slot, crossing.weights).uv) * vec2f(size)), size - 1u);
@@ -111,8 +110,8 @@ fn bytes(word: u32) -> vec4u {
     return (vec4u(word) >> vec4u(0u, 8u, 16u, 24u)) & vec4u(255u);
 }
 
-/// Four children of a node: bit 24 to 31 of each inner child hit, so that the highest bit is the
-/// nearest in the ray's octant, and bits 0 to 23 of each triangle in leaves hit.
+/// Four children of a node: bits 24 to 31 mark inner children that are hit, ordered so that the highest bit is the
+/// nearest one in the ray's octant. Bits 0 to 23 mark triangles of leaves that are hit.
 fn intersect_children(
     kinds: u32,
     near: vec3u,
@@ -138,8 +137,8 @@ fn intersect_children(
     return bits.x | bits.y | bits.z | bits.w;
 }
 
-/// The nearest triangle before `reach`, or with `any` the first that turns up. Absent parts of
-/// triangles let rays through where the scene has `holes`.
+/// The nearest triangle before `reach`, or, with `any`, the first one found. Rays pass through the masked parts of
+/// triangles if the scene has `holes`.
 fn traverse(ray: Ray, reach: f32, any: bool, holes: bool) -> Hit {
     var hit = Hit(FAR, 0u);
     var end = reach;
@@ -147,16 +146,16 @@ fn traverse(ray: Ray, reach: f32, any: bool, holes: bool) -> Hit {
     let inverse = 1.0 / select(ray.direction, vec3f(1e-20), tiny);
     let backward = inverse < vec3f(0.0);
     let octant = select(4u, 0u, backward.x) | select(2u, 0u, backward.y) | select(1u, 0u, backward.z);
-    // A group: index of the first child node; bits 24 to 31 the children still to visit, bits 0 to
-    // 7 which children are nodes.
+    // A group: index of the first child node; in bits 24 to 31 the children still to visit, in bits 0 to 7 the children
+    // that are nodes.
     var stack: array<vec2u, MAX_DEPTH>;
     var top = 0u;
     var group = vec2u(0u, 0x80000000u);
-    // First triangle of a node's leaves, bits of those still to test.
+    // First triangle of a node's leaves, and bits of those still to test.
     var pending = vec2u(0u);
     loop {
-        // Nodes until there are triangles to test: lanes of a wave wait for each other here and
-        // not at every step.
+        // Visit nodes until there are triangles to test. Lanes of a wave then wait for each other here, not at every
+        // step.
         loop {
             if pending.y != 0u {
                 break;
@@ -176,15 +175,15 @@ fn traverse(ray: Ray, reach: f32, any: bool, holes: bool) -> Hit {
             }
             let child = (bit - 24u) ^ octant;
             let node = (group.x + countOneBits(group.y & ((1u << child) - 1u) & 255u)) * 5u;
-            let corner = textureLoad(nodes, place(node));
-            let first = textureLoad(nodes, place(node + 1u));
-            let x = textureLoad(nodes, place(node + 2u));
-            let y = textureLoad(nodes, place(node + 3u));
-            let z = textureLoad(nodes, place(node + 4u));
+            let corner = textureLoad(nodes, texel_coordinates(node));
+            let first = textureLoad(nodes, texel_coordinates(node + 1u));
+            let x = textureLoad(nodes, texel_coordinates(node + 2u));
+            let y = textureLoad(nodes, texel_coordinates(node + 3u));
+            let z = textureLoad(nodes, texel_coordinates(node + 4u));
             let exponents = vec3u(corner.w, corner.w >> 8u, corner.w >> 16u) & vec3u(255u);
             let scale = bitcast<vec3f>(exponents << vec3u(23u)) * inverse;
             let base = (bitcast<vec3f>(corner.xyz) - ray.origin) * inverse;
-            // Planes of children 0 to 3 near and far, then those of 4 to 7.
+            // Near and far planes of children 0 to 3, then of 4 to 7.
             let x_sides = select(x.xzyw, x.zxwy, backward.x);
             let y_sides = select(y.xzyw, y.zxwy, backward.y);
             let z_sides = select(z.xzyw, z.zxwy, backward.z);
@@ -200,8 +199,8 @@ fn traverse(ray: Ray, reach: f32, any: bool, holes: bool) -> Hit {
         if pending.y == 0u {
             break;
         }
-        // A crossing of a cut-out is judged outside the loop, because a wave that branches by masking
-        // would fetch masks for every triangle.
+        // Alpha masks are tested outside the loop, because a wave that branches by masking would fetch masks for every
+        // triangle.
         var doubtful = Crossing(FAR, vec2f(), vec2u());
         var slot: u32;
         loop {

@@ -1,15 +1,15 @@
-// Shows a texture of a frame: tone-mapped radiance, normals, depth or reflectance, of any level.
+// Shows a texture of a frame at any level: tone-mapped radiance, normals, depth or reflectance.
 import package::common::tone::{marked, shown};
 
 struct Params {
-    // Twin of `CONTENT_...`.
+    // One of `CONTENT_...`.
     content: u32,
-    // Width of a texel of the image in pixels of the display.
+    // Width of a texel of the image in display pixels.
     divisor: u32,
     exposure: f32,
     // Depth that shows as middle grey, scene units.
     range: f32,
-    // The largest number that the image's format is given.
+    // The largest number that passes store in the image's format.
     limit: f32,
 }
 

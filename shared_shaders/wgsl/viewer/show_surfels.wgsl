@@ -1,4 +1,4 @@
-// Shows a level of the pyramid: the radiance, normal or depth that its surfels keep.
+// Shows a level of the pyramid: radiance, normal or depth of its surfels.
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_radiance};
 import package::common::tone::{CONTENT_DEPTH, CONTENT_NORMAL, shown};
 import package::common::view::SKY_DEPTH;

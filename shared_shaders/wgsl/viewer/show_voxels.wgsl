@@ -1,9 +1,9 @@
-// Shows a level of the voxel grid: of each column, red how many of its slices are set, green how near the first one is,
-// blue how far away the last one.
-import package::common::voxels::{SLICES, WORDS, WORD_SLICES};
+// Shows a level of the froxel grid. Red is the number of set slices in the column, green the nearness of the first one,
+// blue the distance of the last one.
+import package::common::froxels::{SLICES, WORDS, WORD_SLICES};
 
 struct Params {
-    // The other pictures' fields; only the divisor counts here.
+    // Fields of the other display shaders; only the divisor is used here.
     content: u32,
     divisor: u32,
     exposure: f32,
@@ -28,7 +28,7 @@ fn show(@builtin(global_invocation_id) id: vec3u) {
                 last = word * WORD_SLICES + i32(firstLeadingBit(bits));
             }
         }
-        // A few slices of 128 are what most columns have: the root brings them out.
+        // Most columns have only a few of 128 slices. The square root makes them visible.
         let colour = vec3f(sqrt(f32(filled) / SLICES), 1.0 - f32(first) / SLICES, f32(last + 1) / SLICES);
         textureStore(display, id.xy, vec4f(select(vec3f(0.0), colour, filled > 0u), 1.0));
     }

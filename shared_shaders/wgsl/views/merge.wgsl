@@ -1,7 +1,6 @@
 // variants: float16
-// Light that another view of the scene found, on the surfaces that this one sees: the larger of the two (Soler et al.
-// 2009, section 6). A pixel takes what the other view shows at its place where depth and normal say that it is the
-// same surface, as in the temporal filter.
+// Merges the light of another view of the scene into this view: the larger of the two (Soler et al. 2009, section 6). A
+// pixel uses the other view's light if depth and normal there show the same surface, as in the temporal filter.
 import package::common::view::{View, SKY_DEPTH, texel_of_uv, uv_of_texel, view_position};
 
 struct Params {
@@ -20,14 +19,14 @@ struct Params {
 @if(!float16) @group(0) @binding(8) var most: texture_storage_2d<rgba32float, write>;
 @if(float16) @group(0) @binding(8) var most: texture_storage_2d<rgba16float, write>;
 
-/// A tap is another surface where it lies farther than this from the tangent plane, in widths of the wider one of the
-/// two pixels, or where the normals differ by more than 25 degrees: as in `temporal/temporal.wgsl`.
+/// A tap shows another surface if it is farther than this from the tangent plane, in widths of the larger of the two
+/// pixels, or if the normals differ by more than 25 degrees, as in `temporal/temporal.wgsl`.
 const PLANE_TOLERANCE: f32 = 2.0;
 const NORMAL_TOLERANCE: f32 = 0.906;
-/// Taps of less weight than this agree on nothing.
+/// A smaller total weight of taps does not count.
 const MIN_WEIGHT: f32 = 0.01;
 
-/// What the other view found on the surface that this one sees at a pixel; 0 where it does not see it.
+/// The other view's light on the surface of this view's pixel; 0 if it does not see the surface.
 fn found(pixel: vec2u) -> vec3f {
     let d = textureLoad(depth, pixel, 0).x;
     if d <= SKY_DEPTH {
@@ -36,7 +35,7 @@ fn found(pixel: vec2u) -> vec3f {
     let to_other = params.world_to_other * view.view_to_world;
     let here = view_position(uv_of_texel(pixel, 1.0, view.display_size), d, view.tan_half_fov);
     let position = (to_other * vec4f(here, 1.0)).xyz;
-    // Rotations keep lengths.
+    // Rotations preserve lengths.
     let direction = (to_other * vec4f(textureLoad(normal, pixel, 0).xyz, 0.0)).xyz;
     if position.z >= 0.0 {
         return vec3f(0.0);

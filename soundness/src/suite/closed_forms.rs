@@ -5,7 +5,7 @@ use halflight_evaluator::{
     Error,
     experiment::session::{Frames, Request, Session},
 };
-use halflight_renderer::gi::rsm::has_light_views;
+use halflight_renderer::gi::rsm::has_reflective_shadow_maps;
 use halflight_renderer::{
     gi::Technique,
     parameters::{Kind, Settings, Value},
@@ -77,7 +77,7 @@ fn alone(
     let frames = frame(session, technique, settings, [1, 1])?;
     let light = mean(&frames, "indirect")?;
     // Reflective shadow maps show more than the screen.
-    if has_light_views(frames.plan()) {
+    if has_reflective_shadow_maps(frames.plan()) {
         let reason = "surfaces in reflective shadow maps light it";
         return Ok(vec![check.clone().reported("indirect light", light, reason)]);
     }

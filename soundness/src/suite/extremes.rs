@@ -8,8 +8,8 @@ use halflight_evaluator::{
     Error,
     experiment::session::{Frames, Request, Session},
 };
-use halflight_frame_graph::scan::Scanned;
-use halflight_renderer::gi::rsm::has_light_views;
+use halflight_frame_graph::non_finite::ValueCounts;
+use halflight_renderer::gi::rsm::has_reflective_shadow_maps;
 use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, check_settings},
@@ -120,7 +120,7 @@ fn examine(
             check.clone().bounded("largest value of light", f64::from(found.largest), 0.0, "nothing sends light")
         }
         // Reflective shadow maps may hold brighter surfaces than the screen.
-        Expect::Light if has_light_views(frames.plan()) => check.clone().reported(
+        Expect::Light if has_reflective_shadow_maps(frames.plan()) => check.clone().reported(
             "mean of indirect light",
             mean_indirect(&frames)?,
             "sources off the screen may be brighter than those on it",
@@ -153,7 +153,7 @@ struct Found {
 impl Found {
     fn add(&mut self, frames: &Frames) -> Result<(), Error> {
         let plan = frames.plan();
-        let is = |scanned: &Scanned, outputs: &[&str]| {
+        let is = |scanned: &ValueCounts, outputs: &[&str]| {
             outputs.iter().any(|o| plan.outputs.get(o).is_some_and(|id| plan.resources[id.0].name == scanned.name))
         };
         for scanned in frames.scan()? {

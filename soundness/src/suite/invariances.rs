@@ -7,7 +7,7 @@ use halflight_evaluator::{
     experiment::session::{Frames, Request, Session},
 };
 use halflight_native::images::{Rgb, luminance};
-use halflight_renderer::gi::{rsm::has_light_views, scene_voxels::has_scene_voxels};
+use halflight_renderer::gi::{rsm::has_reflective_shadow_maps, scene_voxels::has_scene_voxels};
 use halflight_renderer::{
     gi::Technique,
     parameters::{Kind, Settings, Value},
@@ -75,7 +75,7 @@ impl Subject<'_> {
         let check = self.check.clone().bounded(DRIFT, drift(&a, &b), LARGEST_DRIFT, AT_EDGES);
         let check = check.detail(format!("root mean square {:.1e} of the mean", difference(&a, &b)));
         let frames = self.frames(scene, SIZE, 0)?;
-        if !check.is_red() || !has_light_views(frames.plan()) {
+        if !check.is_red() || !has_reflective_shadow_maps(frames.plan()) {
             return Ok(check);
         }
         // Rounding alone can change which virtual point lights are chosen, so means of many frames are compared with their noise.

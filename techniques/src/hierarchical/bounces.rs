@@ -1,5 +1,5 @@
-//! Bounces after the first (Soler & Hoel 2010): each one gathers the light of the one before it, reflected once. Depth,
-//! normals and voxels stay; only the radiance of the surfels is made anew.
+//! Bounces after the first (Soler & Hoel 2010). Each one gathers the reflected light of the previous one. Depth,
+//! normals and froxels are reused; only the radiance of the surfels changes.
 
 use wgpu::TextureFormat as Format;
 
@@ -9,13 +9,13 @@ use halflight_renderer::gi::{Inputs, MotionInputs, ReceiveOnlyInputs, resolution
 use halflight_shared_shaders::hierarchical::{
     albedo::{self, Albedo},
     interleave::{self, Interleave},
-    recall::{self, Recall},
     relight::{self, Relight},
+    reproject::{self, Reproject},
     sum::Sum,
 };
 
-/// Plans the bounces after the first and returns the sum of all, at the resolution of level 0; `first` is the light of
-/// the first one.
+/// Plans the bounces after the first and returns the sum of all, at the resolution of level 0. `first` is the light of
+/// the first bounce.
 pub(super) fn plan_bounces(plan: &mut FramePlan, inputs: &Inputs, gather: &Gather, first: ResourceId) -> ResourceId {
     let bounces = gather.parameters.bounces;
     if bounces < 2 {
@@ -39,43 +39,43 @@ pub(super) fn plan_bounces(plan: &mut FramePlan, inputs: &Inputs, gather: &Gathe
     total
 }
 
-/// Plans two bounces that take turns from frame to frame, at the price of one, and returns their sum at the resolution of
-/// level 0 (2010, section 5.3); `None` where no level 0 gathers. A bounce stays for one frame more, on the surfaces that the next frame
-/// finds again: what comes into view, and the first frame, lack the other bounce.
+/// Plans two bounces that alternate between frames, at the cost of one, and returns their sum at the resolution of
+/// level 0 (2010, section 5.3); `None` if level 0 does not gather. A bounce is reprojected to the next frame's
+/// surfaces. Surfaces that come into view, and the first frame, lack the other bounce.
 pub(super) fn plan_interleaved(plan: &mut FramePlan, inputs: &Inputs, gather: &Gather) -> Option<ResourceId> {
     let start = &gather.levels[0];
-    let kept = plan.history("bounce", start.size, Format::Rgba32Uint, "the bounce that the other frames gather");
-    let recalled = plan.texture("recalled_bounce", start.size, Format::Rgba32Float, "the bounce of the frame before");
+    let kept = plan.history("bounce", start.size, Format::Rgba32Uint, "history of the bounce");
+    let reprojected = plan.texture("recalled_bounce", start.size, Format::Rgba32Float, "the other bounce, reprojected");
     let scale = start.scale as f32;
-    let run = Recall {
+    let run = Reproject {
         surfels: start.surfels,
         bounce_before: kept.before,
-        recalled,
-        moving: inputs.motion.map(|MotionInputs { object, objects }| recall::Moving { object, objects }),
-        params: recall::Params { scale },
+        reprojected,
+        animated: inputs.motion.map(|MotionInputs { object, objects }| reproject::Animated { object, objects }),
+        params: reproject::Params { scale },
     };
-    plan.pass(Part::Technique, "recall_bounce", run).because("two bounces take turns").over(start.size);
+    plan.pass(Part::Technique, "recall_bounce", run).because("two bounces alternate between frames").over(start.size);
     let albedo = plan_albedo(plan, inputs, start);
-    let surfels = relight(plan, gather, albedo, recalled, 2, true);
+    let surfels = relight(plan, gather, albedo, reprojected, 2, true);
     let light = gather.light(plan, Light::Bounce(1), &surfels)?;
-    let both = plan.texture("both_bounces", start.size, Format::Rgba32Float, "light of this bounce and the other one");
+    let both = plan.texture("both_bounces", start.size, Format::Rgba32Float, "light of both bounces");
     let run = Interleave {
         surfels: start.surfels,
         light,
-        recalled,
+        reprojected,
         bounce: kept.now,
         both,
-        moving: inputs.motion.map(|motion| motion.object),
+        animated: inputs.motion.map(|motion| motion.object),
         params: interleave::Params { scale: inputs.motion.map(|_| scale) },
     };
     plan.pass(Part::Technique, "interleave_bounces", run).because("bounces add up").over(start.size);
     Some(both)
 }
 
-/// Reflectance of the surfels of level 0.
+/// Albedo of the surfels of level 0.
 fn plan_albedo(plan: &mut FramePlan, inputs: &Inputs, start: &Level) -> ResourceId {
     let surfel_albedo =
-        plan.texture("albedo_of_surfels", start.size, Format::Rgba16Float, "reflects one bounce into the next");
+        plan.texture("albedo_of_surfels", start.size, Format::Rgba16Float, "albedo between two bounces");
     let receive_only = inputs
         .receive_only
         .map(|ReceiveOnlyInputs { material, flags }| albedo::ReceiveOnly { material, receive_only: flags });
@@ -92,7 +92,7 @@ fn plan_albedo(plan: &mut FramePlan, inputs: &Inputs, start: &Level) -> Resource
     surfel_albedo
 }
 
-/// The surfels once more, sending what they reflect of `light`.
+/// The surfels with the radiance that they reflect of `light`.
 fn relight(
     plan: &mut FramePlan,
     gather: &Gather,
@@ -107,7 +107,7 @@ fn relight(
             format!("relit_surfels_{}", level.scale),
             level.size,
             Format::Rgba32Uint,
-            "surfaces that send what they reflect",
+            "surfels with reflected light",
         );
         let children = all.last().copied();
         let run = Relight {

@@ -1,39 +1,39 @@
-//! One gather a level, and the filter that brings the levels together: the same for every bounce and for glossy light.
+//! One gather per level, and the filter that combines the levels: the same for every bounce and for glossy light.
 
 use wgpu::TextureFormat as Format;
 
 use super::{
     DiscArea, FormFactor, Hierarchical, VisibilityBounces, covering_radius, ring_radii, upsampling,
-    visibility::{LevelVoxels, Voxels},
+    visibility::{Froxels, LevelFroxels},
 };
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::gi::resolution::Level;
 use halflight_shared_shaders::hierarchical::gather;
 
-/// What the gathers of all bounces share.
+/// Shared inputs of the gathers of all bounces.
 pub(super) struct Gather<'a> {
     pub(super) parameters: &'a Hierarchical,
     pub(super) levels: &'a [Level],
-    /// The one level that gathers, where the others are left out.
+    /// The only level that gathers, if one is requested.
     pub(super) only: Option<u32>,
-    pub(super) voxels: Option<&'a Voxels>,
-    /// Materials of the pixels, where the light is glossy.
+    pub(super) froxels: Option<&'a Froxels>,
+    /// Materials of the pixels, for glossy light.
     pub(super) material: Option<ResourceId>,
-    /// Distance beyond which the first bounce comes from the lights' views, scene units.
-    pub(super) border: Option<f32>,
+    /// Near-field distance, scene units: beyond it, the first bounce comes from reflective shadow maps.
+    pub(super) near_field_distance: Option<f32>,
 }
 
-/// What a gather finds.
+/// Result of a gather.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Light {
     /// Diffuse light of this bounce, from 1.
     Bounce(u32),
-    /// What glossy surfaces send on of the first bounce's light.
+    /// Glossy reflection of the first bounce's light.
     Glossy,
 }
 
 impl Light {
-    /// Passes of the first bounce have plain names.
+    /// Passes of the first bounce have no suffix.
     pub(super) fn pass_name(self, name: &str) -> String {
         match self {
             Self::Bounce(1) => name.into(),
@@ -42,22 +42,22 @@ impl Light {
         }
     }
 
-    /// Streams of random numbers are counted level by level, bounce by bounce; glossy light comes after all.
+    /// Random-number stream: one for each level of each bounce, then those of glossy light.
     fn stream(self, k: usize) -> u32 {
         let turn = if let Self::Bounce(bounce) = self { bounce - 1 } else { MAX_BOUNCES };
         turn * MAX_LEVELS + k as u32
     }
 }
 
-/// The most levels and bounces that there are.
+/// Upper bounds of levels and bounces.
 const MAX_LEVELS: u32 = 8;
 const MAX_BOUNCES: u32 = 8;
 
 impl Gather<'_> {
-    /// Gathers from these surfels, one texture a level, and combines the levels: light at the resolution of level 0.
+    /// Gathers from these surfels, one texture per level, and combines the levels: light at the resolution of level 0.
     ///
-    /// Bounces write the same textures by turns. Two bounces on end must not share the one of level 0, because the
-    /// second one starts from the light of the first.
+    /// Bounces alternate between textures. Two successive bounces must not share the one of level 0, because the second
+    /// one starts from the light of the first.
     pub(super) fn light(&self, plan: &mut FramePlan, light: Light, surfels: &[ResourceId]) -> Option<ResourceId> {
         let Self { parameters, levels, only, .. } = *self;
         let texture = |plan: &mut FramePlan, name: &str, k: usize, reason: &str| {
@@ -72,7 +72,7 @@ impl Gather<'_> {
         for (k, &sources) in surfels.iter().enumerate() {
             let wanted = only.is_none_or(|only| only == k as u32);
             gathered.push(wanted.then(|| {
-                let gathered = texture(plan, "gathered", k, "light that the ring of this level sends");
+                let gathered = texture(plan, "gathered", k, "light from the ring of this level");
                 self.level(plan, light, k, sources, gathered);
                 gathered
             }));
@@ -100,7 +100,7 @@ impl Gather<'_> {
         }
     }
 
-    /// One level's ring.
+    /// Plans the gather of one level.
     fn level(&self, plan: &mut FramePlan, light: Light, k: usize, surfels: ResourceId, gathered: ResourceId) {
         let Self { parameters, levels, .. } = *self;
         let level = &levels[k];
@@ -118,12 +118,13 @@ impl Gather<'_> {
             DiscArea::Texel => (texel_area, texels),
         };
         let tested = !matches!(light, Light::Bounce(2..)) || parameters.visibility_bounces == VisibilityBounces::All;
-        let voxels = self.voxels.filter(|_| tested).map(|voxels| voxels.level(k));
-        let border = self.border.filter(|_| light == Light::Bounce(1));
+        let froxels = self.froxels.filter(|_| tested).map(|froxels| froxels.level(k));
+        let near_field_distance = self.near_field_distance.filter(|_| light == Light::Bounce(1));
         let run = gather::Gather {
             surfels,
-            visibility: voxels.map(|LevelVoxels { voxels, depth_range }| gather::Visibility { voxels, depth_range }),
-            near: border.is_some(),
+            visibility: froxels
+                .map(|LevelFroxels { froxels, depth_range }| gather::Visibility { froxels, depth_range }),
+            near: near_field_distance.is_some(),
             glossy: self.material.map(|material| gather::Glossy {
                 material,
                 materials: plan.scene_buffer("scene.materials", "glossy materials"),
@@ -136,7 +137,7 @@ impl Gather<'_> {
                 disc_area,
                 discs,
                 level: light.stream(k),
-                border,
+                near_field_distance,
             },
             constants: gather::Constants {
                 samples: parameters.samples,

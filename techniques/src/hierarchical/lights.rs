@@ -1,4 +1,4 @@
-//! The hierarchical gather in the lights' views: first-bounce light of whatever the lights light, on the screen or not.
+//! The hierarchical gather in reflective shadow maps: first-bounce light of all lit surfaces, on the screen or not.
 
 use wgpu::TextureFormat as Format;
 
@@ -16,8 +16,8 @@ use halflight_renderer::{
 };
 use halflight_shared_shaders::hierarchical::gather_lights::{self, GatherLights};
 
-/// Plans the gather from the lights' views at the resolution of `level`, and adds `near`, the screen's light of what is
-/// closer than `border` (scene units); without `near`, the lights' views send from any distance. `None` where there
+/// Plans the gather from the reflective shadow maps at the resolution of `level`, and adds `near`: the screen's light
+/// within the near-field distance (scene units). Without `near`, the maps send light from any distance. `None` if there
 /// is no light.
 pub(super) fn plan_light_from_lights(
     plan: &mut FramePlan,
@@ -31,13 +31,13 @@ pub(super) fn plan_light_from_lights(
     let size = parameters.light_view_size.next_multiple_of(1 << (parameters.levels - 1));
     let [first, end] = only.map_or([0, parameters.levels], |only| [only, only + 1]);
     let pyramid = plan_light_pyramid(plan, inputs, technique, size, end)?;
-    // Emitters have no levels: the finest one brings them.
+    // Emitters have no levels. They are gathered with the finest level.
     let emitters = inputs.scene.filter(|_| !inputs.emitters().is_empty() && first == 0).map(|scene| {
         let points = parameters.samples;
         let mut buffer = |name: &str, reason: &str| plan.buffer(name, 2 * u64::from(points) * 16, reason);
-        let places = buffer("emitter_places", "where points of emitters are");
-        let lights = buffer("emitter_lights", "what they send");
-        let to = EmitterPoints { places, lights, first: 0, points };
+        let positions = buffer("emitter_places", "positions of points on emitters");
+        let lights = buffer("emitter_lights", "light of points on emitters");
+        let to = EmitterPoints { positions, lights, first: 0, points };
         plan_emitter_points(plan, scene, &to, None);
         to
     });
@@ -47,12 +47,12 @@ pub(super) fn plan_light_from_lights(
     let views = pyramid.as_ref().map_or(1, |pyramid| pyramid.views);
     let voxels = inputs
         .scene
-        .filter(|_| parameters.light_visibility == LightVisibility::Cubes)
+        .filter(|_| parameters.light_visibility == LightVisibility::Voxels)
         .map(|scene| plan_scene_voxels(plan, scene, parameters.voxel_resolution));
     let radius = covering_radius(parameters.ring, parameters.levels, [size; 2]);
     let [inner, outer] = ring_radii(parameters.ring, radius, 1);
     let gathered =
-        plan.texture("gathered_from_lights", level.size, Format::Rgba32Float, "light of what the lights see");
+        plan.texture("gathered_from_lights", level.size, Format::Rgba32Float, "light from reflective shadow maps");
     let run = GatherLights {
         surfels: level.surfels,
         gathered,
@@ -62,9 +62,11 @@ pub(super) fn plan_light_from_lights(
             light_pyramid: pyramid.texels,
             light_projections: pyramid.projections,
         }),
-        emitters: emitters
-            .map(|points| gather_lights::Emitters { emitter_places: points.places, emitter_lights: points.lights }),
-        cubes: voxels.map(|voxels| voxels.cubes),
+        emitters: emitters.map(|points| gather_lights::Emitters {
+            emitter_positions: points.positions,
+            emitter_lights: points.lights,
+        }),
+        voxels: voxels.map(|voxels| voxels.voxels),
         params: gather_lights::Params {
             scale: level.scale as f32,
             size,
@@ -73,17 +75,17 @@ pub(super) fn plan_light_from_lights(
             end_level: end,
             inner_square: inner * inner,
             outer_square: outer * outer,
-            border: near.map_or(0.0, |(_, border)| border),
+            near_field_distance: near.map_or(0.0, |(_, near_field_distance)| near_field_distance),
         },
         constants: gather_lights::Constants {
-            // Views share out the samples among them.
+            // The maps share the samples.
             light_samples: parameters.samples.div_ceil(views),
             samples_per_ray: parameters.samples_per_ray,
             over_frames: parameters.temporal_a > 0.0,
         },
     };
     plan.pass(Part::Technique, "gather_lights", run)
-        .because("light of what the lights see, on the screen or not")
+        .because("light from lit surfaces, on the screen or not")
         .over(level.size);
     Ok(Some(gathered))
 }

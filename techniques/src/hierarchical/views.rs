@@ -1,4 +1,4 @@
-//! Further views that gather light which the display's camera does not see (Soler et al. 2009, Figure 9).
+//! Additional views that gather light which the display's camera does not see (Soler et al. 2009, Figure 9).
 
 use wgpu::TextureFormat as Format;
 
@@ -6,8 +6,8 @@ use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::{gi::Inputs, parameters::SettingsError};
 use halflight_shared_shaders::views::merge::{self, Merge};
 
-/// Gathers in each further view of the plan, too, by `gather`, and keeps for each pixel the most that any view found on
-/// its surface; `light` (at full resolution) is what the display's found.
+/// Gathers in each additional view of the plan by `gather`. Each pixel keeps the largest light that any view found on
+/// its surface. `light` (at full resolution) is that of the display.
 pub(super) fn keep_the_most(
     plan: &mut FramePlan,
     inputs: &Inputs,
@@ -22,7 +22,7 @@ pub(super) fn keep_the_most(
         let size = plan.display_size;
         let half = plan.resources[light.0].format() == Some(Format::Rgba16Float);
         let format = if half { Format::Rgba16Float } else { Format::Rgba32Float };
-        let most = plan.texture(format!("most_with_{}", view.name), size, format, "the most that any view found");
+        let most = plan.texture(format!("most_with_{}", view.name), size, format, "largest light of any view");
         let run = Merge {
             depth: inputs.depth,
             normal: inputs.normal,

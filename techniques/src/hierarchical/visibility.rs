@@ -1,4 +1,4 @@
-//! The voxel grid that tells what stands between a surface and its source (Soler & Hoel 2010).
+//! The froxel grid, which holds the occluders between a surface and its source (Soler & Hoel 2010).
 
 use wgpu::TextureFormat as Format;
 
@@ -15,38 +15,38 @@ use halflight_shared_shaders::hierarchical::{
     voxelize::{self, Voxelize},
 };
 
-/// Slices of depth: bits of a column.
+/// Depth slices: bits of a column.
 pub const SLICES: u32 = 128;
 
-/// Twin of `SQUARE` in `hierarchical/depth_range.wgsl`: width of what one invocation looks at, texels.
+/// Twin of `SQUARE` in `hierarchical/depth_range.wgsl`: width of the square that one invocation reads, texels.
 const DEPTH_RANGE_SQUARE: u32 = 8;
 
 /// The grids of all levels.
-pub(super) struct Voxels {
+pub(super) struct Froxels {
     levels: Vec<ResourceId>,
     depth_range: ResourceId,
 }
 
-/// What a gather reads of one level.
+/// Inputs of the gather of one level.
 #[derive(Clone, Copy)]
-pub(super) struct LevelVoxels {
-    pub(super) voxels: ResourceId,
+pub(super) struct LevelFroxels {
+    pub(super) froxels: ResourceId,
     pub(super) depth_range: ResourceId,
 }
 
-impl Voxels {
-    pub(super) fn level(&self, k: usize) -> LevelVoxels {
-        LevelVoxels { voxels: self.levels[k], depth_range: self.depth_range }
+impl Froxels {
+    pub(super) fn level(&self, k: usize) -> LevelFroxels {
+        LevelFroxels { froxels: self.levels[k], depth_range: self.depth_range }
     }
 }
 
-/// Plans the grids of these levels; `None` where visibility is off.
-pub(super) fn plan_voxels(
+/// Plans the grids of these levels; `None` if visibility is off.
+pub(super) fn plan_froxels(
     plan: &mut FramePlan,
     inputs: &Inputs,
     parameters: &Hierarchical,
     levels: &[Level],
-) -> Result<Option<Voxels>, SettingsError> {
+) -> Result<Option<Froxels>, SettingsError> {
     if parameters.visibility == Visibility::Off {
         return Ok(None);
     }
@@ -57,21 +57,21 @@ pub(super) fn plan_voxels(
                 .into(),
         ));
     };
-    let depth_range = plan.buffer("depth_range", 8, "what the slices of the voxels span");
+    let depth_range = plan.buffer("depth_range", 8, "depth range of the froxel grid");
     plan.pass(Part::Technique, "depth_range", DepthRange { surfels: levels[0].surfels, depth_range })
         .clear(depth_range)
         .because("slices reach from the nearest to the farthest visible surface")
         .over(levels[0].size.map(|v| v.div_ceil(DEPTH_RANGE_SQUARE)));
-    let columns = plan_columns(plan, scene, &levels[0], parameters.visibility, depth_range);
+    let finest_froxels = plan_finest_froxels(plan, scene, &levels[0], parameters.visibility, depth_range);
     let mut grids: Vec<ResourceId> = Vec::new();
     for level in levels {
         let name = format!("voxels_{}", level.scale);
         let reason = format!("{SLICES} slices for each square of {} pixels", level.scale);
-        let voxels = plan.texture_array(&name, level.size, SLICES / u32::BITS, Format::R32Uint, reason);
+        let froxels = plan.texture_array(&name, level.size, SLICES / u32::BITS, Format::R32Uint, reason);
         let children = grids.last().copied();
         let run = VoxelPyramid {
-            voxels,
-            finest: children.is_none().then_some(columns),
+            froxels,
+            finest: children.is_none().then_some(finest_froxels),
             children,
             constants: voxel_pyramid::Constants {
                 any_child: parameters.visibility_downsampling == VisibilityDownsampling::Or,
@@ -79,70 +79,70 @@ pub(super) fn plan_voxels(
         };
         plan.pass(Part::Technique, &name, run)
             .because(match children {
-                None => "rays read textures",
+                None => "rays read textures faster than buffers",
                 Some(_) => "rays of a level stay in its own grid",
             })
             .over(level.size);
-        grids.push(voxels);
+        grids.push(froxels);
     }
-    Ok(Some(Voxels { levels: grids, depth_range }))
+    Ok(Some(Froxels { levels: grids, depth_range }))
 }
 
-/// What one raster pass draws into the grid.
+/// A raster pass into the grid.
 struct Raster {
     name: &'static str,
     triangles: &'static str,
     solid: bool,
-    cut_outs: bool,
+    alpha_masked: bool,
     reason: &'static str,
 }
 
-/// The raster passes of a scene. Only meshes with cut-outs look them up: where few fragments of a triangle are in the
-/// grid, that takes longer than everything else about them.
+/// The raster passes of a scene. Only alpha-masked meshes test alpha, because for triangles with few fragments in the
+/// grid the test dominates the cost.
 fn rasters(scene: &SceneFacts, visibility: Visibility) -> Vec<Raster> {
-    let solid = |triangles, cut_outs| Raster {
+    let solid = |triangles, alpha_masked| Raster {
         name: "voxelize_solid",
         triangles,
         solid: true,
-        cut_outs,
-        reason: "meshes as solid matter",
+        alpha_masked,
+        reason: "meshes as solids",
     };
     let surfaces = |triangles| Raster {
         name: "voxelize_surfaces",
         triangles,
         solid: false,
-        cut_outs: false,
+        alpha_masked: false,
         reason: "meshes as surfaces",
     };
-    let cut_outs = Raster {
+    let alpha_masked = Raster {
         name: "voxelize_cut_outs",
         triangles: triangles::ALPHA_TESTED,
         solid: false,
-        cut_outs: true,
-        reason: "meshes with cut-outs, as surfaces",
+        alpha_masked: true,
+        reason: "alpha-masked meshes, as surfaces",
     };
-    let cut_outs = scene.needs.alpha_tested.then_some(cut_outs);
+    let alpha_masked = scene.needs.alpha_tested.then_some(alpha_masked);
     let whole = match visibility {
         Visibility::Solid => return vec![solid(triangles::ALL, scene.needs.alpha_tested)],
-        Visibility::Surface | Visibility::Off if cut_outs.is_none() => vec![surfaces(triangles::ALL)],
+        Visibility::Surface | Visibility::Off if alpha_masked.is_none() => vec![surfaces(triangles::ALL)],
         Visibility::Surface | Visibility::Off => {
             let any = scene.open_meshes() || scene.solid_meshes();
             any.then(|| surfaces(triangles::OPAQUE)).into_iter().collect()
         }
         Visibility::Auto => {
-            // Flipping slices has to come first: setting them is the last word. An empty scene has one pass that draws
-            // nothing, to clear the grid.
-            let open = scene.open_meshes() || !scene.solid_meshes() && cut_outs.is_none();
+            // Flipping slices comes first and setting them last. An empty scene has one pass that draws nothing, to
+            // clear the grid.
+            let open = scene.open_meshes() || !scene.solid_meshes() && alpha_masked.is_none();
             let both =
                 [scene.solid_meshes().then(|| solid(triangles::SOLID, false)), open.then(|| surfaces(triangles::OPEN))];
             both.into_iter().flatten().collect()
         }
     };
-    whole.into_iter().chain(cut_outs).collect()
+    whole.into_iter().chain(alpha_masked).collect()
 }
 
-/// The finest grid as the raster passes write it.
-fn plan_columns(
+/// The finest grid, written by the raster passes.
+fn plan_finest_froxels(
     plan: &mut FramePlan,
     scene: &SceneFacts,
     level: &Level,
@@ -151,32 +151,32 @@ fn plan_columns(
 ) -> ResourceId {
     let [width, height] = level.size;
     let bytes = u64::from(width) * u64::from(height) * u64::from(SLICES / 8);
-    let columns = plan.buffer("columns", bytes, "voxels while triangles are drawn into them");
-    let target = plan.texture("voxel_target", level.size, Gpu::DEPTH_FORMAT, "gives the pass its size");
+    let froxels = plan.buffer("columns", bytes, "froxels while triangles are drawn");
+    let target = plan.texture("voxel_target", level.size, Gpu::DEPTH_FORMAT, "defines the size of the pass");
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
-    let objects = scene.moving().then(|| plan.scene_buffer("scene.objects", "objects move"));
+    let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
     let mut first = true;
-    for Raster { name, triangles, solid, cut_outs: alpha_tested, reason } in rasters(scene, visibility) {
+    for Raster { name, triangles, solid, alpha_masked: alpha_tested, reason } in rasters(scene, visibility) {
         let alpha_tested = alpha_tested.then(|| {
             let [materials, texels] = ["materials", "texels"]
-                .map(|name| plan.scene_buffer(&format!("scene.{name}"), "surfaces with cut-outs"));
+                .map(|name| plan.scene_buffer(&format!("scene.{name}"), "alpha-masked surfaces"));
             voxelize::AlphaTested { materials, texels }
         });
         let run = Voxelize {
             vertices,
             depth_range,
-            columns,
+            froxels,
             alpha_tested,
-            moving: objects,
+            animated: objects,
             params: voxelize::Params { grid: level.size.map(|v| v as f32), scale: level.scale as f32 },
             constants: voxelize::Constants { solid },
         };
         let mut pass = plan.pass(Part::Technique, name, run).because(reason);
         if first {
-            pass = pass.clear(columns);
+            pass = pass.clear(froxels);
         }
         pass.voxelize(target, triangles);
         first = false;
     }
-    columns
+    froxels
 }

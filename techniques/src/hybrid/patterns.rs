@@ -1,4 +1,5 @@
-//! Diffuse light by the paper's own patterns: a small hemisphere on the screen, the shell around it in each light's view.
+//! Diffuse light by the paper's patterns: a small hemisphere on the screen, and the shell around it in each reflective
+//! shadow map.
 
 use wgpu::TextureFormat as Format;
 
@@ -6,19 +7,18 @@ use super::{Hybrid, Weighting};
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::gi::Sources;
 use halflight_renderer::{
-    gi::{Inputs, resolution::Level, rsm::LightMaps, scene_voxels::SceneVoxels},
-    scene::{ShadowLayer, light_view},
+    gi::{Inputs, resolution::Level, rsm::ReflectiveShadowMap, scene_voxels::SceneVoxels},
+    scene::{ShadowLayer, shadow_view},
 };
 use halflight_shared_shaders::hybrid::{
     pattern_far::{self, PatternFar},
     pattern_near::{self, PatternNear},
 };
 
-/// How much larger the shell of the lights' samples is than the hemisphere of the screen's, where a setting leaves it open:
-/// radii 3 and 30 in the paper.
+/// Default ratio of the shell's radius to the small hemisphere's: radii 3 and 30 in the paper.
 pub(super) const SHELL: f32 = 10.0;
 
-/// Sums of light so far. Passes alternate between two textures, because none may read what it writes.
+/// Sums of light so far. Passes alternate between two textures, because no pass may read the texture that it writes.
 pub(super) struct Patterns<'a> {
     parameters: &'a Hybrid,
     level: &'a Level,
@@ -29,7 +29,7 @@ pub(super) struct Patterns<'a> {
 }
 
 impl<'a> Patterns<'a> {
-    /// Plans the screen's part, where it is asked for. `radius` is that of the small hemisphere, scene units.
+    /// Plans the screen's part, if requested. `radius` is that of the small hemisphere, scene units.
     pub(super) fn new(
         plan: &mut FramePlan,
         inputs: &Inputs,
@@ -40,7 +40,8 @@ impl<'a> Patterns<'a> {
         let near = parameters.sources != Sources::Lights;
         let far = parameters.sources != Sources::Screen;
         let views = if far { inputs.shadow_layers().len() } else { 0 };
-        // Equations 2 and 5: the mean over the samples of all patterns. All faces around a point light share one pattern.
+        // Equations 2 and 5: the mean over the samples of all patterns. The faces around a point light share one
+        // pattern.
         let lights = inputs.shadow_layers().last().map_or(0, |view| view.light + 1);
         let samples = u32::from(near) * parameters.screen_samples + u32::from(far) * lights * parameters.light_samples;
         let weight = parameters.intensity / samples.max(1) as f32;
@@ -73,11 +74,11 @@ impl<'a> Patterns<'a> {
         self.parameters.weighting == Weighting::Published
     }
 
-    /// Plans the part of one light's view. Through `voxels`, what stands in between hides.
+    /// Plans the part of one map. `voxels` holds the occluders.
     pub(super) fn add(
         &mut self,
         plan: &mut FramePlan,
-        maps: &LightMaps,
+        maps: &ReflectiveShadowMap,
         index: usize,
         view: &ShadowLayer,
         voxels: Option<SceneVoxels>,
@@ -86,14 +87,14 @@ impl<'a> Patterns<'a> {
         let outer = if parameters.far_radius > 0.0 { parameters.far_radius } else { SHELL * radius };
         let inner = if parameters.sources == Sources::Lights { 0.0 } else { radius.min(outer) };
         let run = PatternFar {
-            light_view: light_view(plan, index, view),
+            shadow_view: shadow_view(plan, index, view),
             surfels: level.surfels,
-            place: maps.place,
+            rsm_position: maps.position,
             light: maps.light,
             gathered: sums[passes % 2],
             further: (passes > 0).then(|| sums[(passes + 1) % 2]),
             published: self.published(),
-            visibility: voxels.map(|SceneVoxels { grid, cubes }| pattern_far::Visibility { grid, cubes }),
+            visibility: voxels.map(|SceneVoxels { grid, voxels }| pattern_far::Visibility { grid, voxels }),
             params: pattern_far::Params {
                 scale: level.scale as f32,
                 inner,
@@ -104,12 +105,12 @@ impl<'a> Patterns<'a> {
             constants: pattern_far::Constants { samples_per_ray: parameters.samples_per_ray },
         };
         plan.pass(Part::Technique, format!("rsm_{index}"), run)
-            .because("points of the shell around the small hemisphere, projected into what a light sees")
+            .because("points of the shell around the small hemisphere, projected into a reflective shadow map")
             .over(level.size);
         self.passes += 1;
     }
 
-    /// Where the sum of all patterns is.
+    /// The sum of all patterns.
     pub(super) fn sum(&self) -> Option<ResourceId> {
         self.sums.get((self.passes + 1) % 2).or(self.sums.first()).copied()
     }

@@ -1,5 +1,4 @@
-//! What glossy surfaces show in their mirror direction, from the screen and, where it shows nothing there, from the lights'
-//! views.
+//! Specular reflections of glossy surfaces, from the screen and, where it has no hit, from reflective shadow maps.
 
 use glam::Vec3;
 use wgpu::TextureFormat as Format;
@@ -7,15 +6,15 @@ use wgpu::TextureFormat as Format;
 use super::{Hybrid, Views};
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::{
-    gi::{Inputs, Switch, rsm::LightMaps, scene_voxels::SceneVoxels},
-    scene::{ShadowLayer, light_view},
+    gi::{Inputs, Switch, rsm::ReflectiveShadowMap, scene_voxels::SceneVoxels},
+    scene::{ShadowLayer, shadow_view},
 };
 use halflight_shared_shaders::hybrid::{
     mirror::{self, Mirror},
     specular,
 };
 
-/// Light in the mirror direction so far. Passes alternate between two textures, because none may read what it writes.
+/// Reflected light so far. Passes alternate between two textures, because no pass may read the texture that it writes.
 pub(super) struct Specular<'a> {
     inputs: &'a Inputs<'a>,
     material: ResourceId,
@@ -29,13 +28,13 @@ pub(super) struct Specular<'a> {
 }
 
 impl<'a> Specular<'a> {
-    /// Plans the march on the screen, once for all lights; nothing where no material is glossy or the setting is off.
+    /// Plans the ray march on the screen, once for all lights; nothing if no material is glossy or the setting is off.
     pub(super) fn new(plan: &mut FramePlan, inputs: &'a Inputs<'a>, parameters: &Hybrid) -> Option<Self> {
         let material = inputs.material.filter(|_| parameters.specular != Views::Off)?;
         let scene = inputs.scene.filter(|scene| scene.needs.glossy)?;
         let materials = plan.scene_buffer("scene.materials", "glossy materials");
         let size = plan.display_size;
-        let mirror_map = plan.texture("mirror_map", size, Format::R32Uint, "pixels that mirror directions meet");
+        let mirror_map = plan.texture("mirror_map", size, Format::R32Uint, "pixels that reflection rays hit");
         let (lobe, over_frames) = (parameters.specular_lobe == Switch::On, parameters.over_frames());
         let run = Mirror {
             depth: inputs.depth,
@@ -47,11 +46,11 @@ impl<'a> Specular<'a> {
             constants: mirror::Constants { lobe, over_frames },
         };
         plan.pass(Part::Technique, "mirror_map", run)
-            .because("where mirror directions meet what the camera sees, once for all lights")
+            .because("reflection rays against the screen, once for all lights")
             .over(size);
         let views = if parameters.specular == Views::Both { inputs.shadow_layers().len() } else { 0 };
         let shown = (0..views.clamp(1, 2))
-            .map(|i| plan.texture(format!("specular_{i}"), size, Format::Rgba32Float, "light in the mirror direction"))
+            .map(|i| plan.texture(format!("specular_{i}"), size, Format::Rgba32Float, "reflected light"))
             .collect();
         let [low, high] = scene.bounds.map(Vec3::from);
         let reach = (high - low).length().max(f32::MIN_POSITIVE * 1e10);
@@ -72,11 +71,11 @@ impl<'a> Specular<'a> {
         Some(specular)
     }
 
-    /// Plans the part of one light's view. Through `voxels`, what stands in between hides.
+    /// Plans the part of one map. `voxels` holds the occluders.
     pub(super) fn add(
         &mut self,
         plan: &mut FramePlan,
-        maps: &LightMaps,
+        maps: &ReflectiveShadowMap,
         index: usize,
         view: &ShadowLayer,
         voxels: Option<SceneVoxels>,
@@ -88,14 +87,14 @@ impl<'a> Specular<'a> {
     fn show(
         &self,
         plan: &mut FramePlan,
-        light: Option<(&LightMaps, usize, &ShadowLayer)>,
+        light: Option<(&ReflectiveShadowMap, usize, &ShadowLayer)>,
         voxels: Option<SceneVoxels>,
     ) {
         let (name, reason) = match light {
             Some((_, index, _)) => {
-                (format!("specular_{index}"), "where the screen shows nothing, what a light sees there")
+                (format!("specular_{index}"), "where the screen has no hit, a reflective shadow map")
             }
-            None => ("specular".into(), "light of the pixels that mirror directions meet"),
+            None => ("specular".into(), "light of the hit pixels"),
         };
         let size = plan.display_size;
         let further = (self.passes > 0).then(|| self.shown[(self.passes + 1) % 2]);
@@ -107,22 +106,22 @@ impl<'a> Specular<'a> {
             mirror_map: self.mirror_map,
             specular: self.shown[self.passes % 2],
             lights: light.map(|(maps, index, view)| specular::Lights {
-                light_view: light_view(plan, index, view),
-                place: maps.place,
+                shadow_view: shadow_view(plan, index, view),
+                rsm_position: maps.position,
                 light: maps.light,
             }),
             further,
             visibility: voxels.is_some(),
             direct: further.is_none().then_some(self.inputs.direct),
             grid: voxels.map(|voxels| voxels.grid),
-            cubes: voxels.map(|voxels| voxels.cubes),
+            voxels: voxels.map(|voxels| voxels.voxels),
             params: specular::Params { stride: light.map(|_| self.stride), reach: light.map(|_| self.reach) },
             constants: self.constants,
         };
         plan.pass(Part::Technique, name, run).because(reason).over(size);
     }
 
-    /// Where the light of all views is, and each pixel's material.
+    /// The light of all views, and each pixel's material.
     pub(super) fn light(&self) -> (ResourceId, ResourceId) {
         let last = self.passes.saturating_sub(1) % 2;
         (self.shown[last], self.material)

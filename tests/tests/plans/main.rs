@@ -102,7 +102,7 @@ fn each_need_adds_exactly_its_own() {
         ["gbuffer/gbuffer+material_id", shadow, direct],
     );
     // What moves is drawn where it is; no channel says what it was, unless the temporal filter asks.
-    check(move_first_mesh, &["scene.objects"], &[], ["gbuffer/gbuffer+moving", "shadow/shadow_map+moving", direct]);
+    check(move_first_mesh, &["scene.objects"], &[], ["gbuffer/gbuffer+animated", "shadow/shadow_map+animated", direct]);
     // The sky shows; this technique does not know what is open to it.
     check(
         |scene| scene.environment = Some(Environment::constant([1.0; 3])),
@@ -164,7 +164,7 @@ fn the_temporal_filter_adds_exactly_its_own() {
     let mut moving = scene;
     move_first_mesh(&mut moving);
     let with_object = [vec!["object".to_owned()], own].concat();
-    let shaders = ("temporal/temporal+moving+float16", "gbuffer/gbuffer+moving+object_id");
+    let shaders = ("temporal/temporal+animated+float16", "gbuffer/gbuffer+animated+object_id");
     assert_eq!(filtered(&moving), (with_object, pass, bytes, shaders.0, shaders.1));
     // A technique that keeps nothing has no use for it.
     assert!(!resources(&plan(&moving, "exhaustive", &[], SIZE)).contains(&"object"));

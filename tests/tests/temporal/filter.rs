@@ -332,7 +332,7 @@ fn history_outlives_a_change_of_settings_but_not_of_size() {
     assert_eq!(run(&recording, 0..5, size), 5);
     recording.replan(gpu, plan("8", size), &externals());
     assert_eq!(run(&recording, 5..6, size), 6, "the history goes on");
-    recording.forget();
+    recording.reset_history();
     assert_eq!(run(&recording, 6..7, size), 1, "a cut that the program knows of");
     assert_eq!(run(&recording, 9..10, size), 1, "frames are missing in between");
     recording.replan(gpu, plan("8", [40, 18]), &externals());

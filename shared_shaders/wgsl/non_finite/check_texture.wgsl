@@ -1,16 +1,16 @@
 // variants: words
-// Counts what should not be in a texture: NaN, infinities, numbers below zero, numbers that were clamped. With `words`
-// texels are whole numbers whose first one is a float: the depth of a surfel or of a history.
-import package::scan::tally::{Tally, kinds, finite_magnitude};
+// Counts NaN, infinite, negative and clamped values in a texture. With `words`, texels are whole numbers whose first
+// word is a float: the depth of a surfel or of a history.
+import package::non_finite::tally::{Tally, kinds, finite_magnitude};
 
-@if(!words) @group(0) @binding(0) var scanned: texture_2d<f32>;
-@if(words) @group(0) @binding(0) var scanned: texture_2d<u32>;
+@if(!words) @group(0) @binding(0) var values: texture_2d<f32>;
+@if(words) @group(0) @binding(0) var values: texture_2d<u32>;
 @group(0) @binding(1) var<storage, read_write> tally: Tally;
 
-// The largest number that this format is given.
-override LIMIT: f32 = 1e30;
-// Channels of the format; a load fills in the others.
-override CHANNELS: u32 = 4u;
+// The largest number that passes store in this format.
+override LIMIT: f32;
+// Channels of the format. A load fills in the others.
+override CHANNELS: u32;
 
 var<workgroup> nan: atomic<u32>;
 var<workgroup> infinite: atomic<u32>;
@@ -20,17 +20,17 @@ var<workgroup> largest: atomic<u32>;
 
 @if(!words)
 fn bits_at(texel: vec2u) -> vec4u {
-    return bitcast<vec4u>(textureLoad(scanned, texel, 0));
+    return bitcast<vec4u>(textureLoad(values, texel, 0));
 }
 
 @if(words)
 fn bits_at(texel: vec2u) -> vec4u {
-    return textureLoad(scanned, texel, 0);
+    return textureLoad(values, texel, 0);
 }
 
 @compute @workgroup_size(16, 16)
-fn scan(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
-    if all(id.xy < textureDimensions(scanned)) {
+fn non_finite(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+    if all(id.xy < textureDimensions(values)) {
         let bits = bits_at(id.xy);
         var sum = vec4u(0u);
         var most = 0u;

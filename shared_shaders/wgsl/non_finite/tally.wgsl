@@ -1,19 +1,20 @@
-// What a scan counts of one texture or buffer. Bits decide: a compiler may take for granted that no number is NaN.
+// Counts of the NaN/Inf check for one texture or buffer. The bits decide, because a compiler may assume that no number
+// is NaN.
 
 struct Tally {
     nan: atomic<u32>,
     infinite: atomic<u32>,
     negative: atomic<u32>,
-    // At the largest number that its format is given: light that was clamped on its way in.
+    // Values at the largest number of the format: radiance that was clamped on store.
     clamped: atomic<u32>,
-    // Bits of the largest magnitude; as whole numbers they sort like the numbers that they stand for.
+    // Bits of the largest magnitude. As whole numbers they order like the floats.
     largest: atomic<u32>,
 }
 
 const SIGN: u32 = 0x80000000u;
 const INFINITY: u32 = 0x7f800000u;
 
-/// One for each thing that a number may be: NaN, infinite, negative, clamped.
+/// 1 for each class that the number belongs to: NaN, infinite, negative, clamped.
 fn kinds(bits: u32, limit: f32) -> vec4u {
     let magnitude = bits & ~SIGN;
     let below_zero = (bits & SIGN) != 0u && magnitude > 0u && magnitude <= INFINITY;
@@ -25,7 +26,7 @@ fn kinds(bits: u32, limit: f32) -> vec4u {
     );
 }
 
-/// Bits of a number's magnitude; 0 where it is no finite number.
+/// Bits of a number's magnitude; 0 if it is not finite.
 fn finite_magnitude(bits: u32) -> u32 {
     let magnitude = bits & ~SIGN;
     return select(0u, magnitude, magnitude < INFINITY);

@@ -1,11 +1,11 @@
-//! Looks, on the device, through every texture and buffer that a frame wrote: how many values are NaN, infinite, below
-//! zero or clamped, and how large the largest is. A few words come back instead of all that was written.
+//! NaN/Inf check: counts, on the device, NaN, infinite, negative and clamped values in every texture and buffer of a
+//! frame, and finds the largest magnitude. Only the counts are read back.
 
 use halflight_shared_shaders::{
     Call,
-    scan::{
-        scan_buffer::{self, ScanBuffer},
-        scan_texture::{self, ScanTexture},
+    non_finite::{
+        check_buffer::{self, CheckBuffer},
+        check_texture::{self, CheckTexture},
     },
 };
 use wgpu::TextureFormat as Format;
@@ -15,59 +15,59 @@ use crate::{
     plan::{FramePlan, ResourceId, ResourceKind},
 };
 
-/// What a texture or buffer of a plan held after a frame. Texels of whole numbers count by their first word, which is
-/// a float: the depth of a surfel or of a history.
+/// Counts of a texture or buffer of a plan after a frame. Texels of whole numbers count by their first word, which is a
+/// float: the depth of a surfel or of a history.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scanned {
+pub struct ValueCounts {
     /// Name in the plan.
     pub name: String,
-    /// Values that were looked at.
+    /// Number of checked values.
     pub values: u64,
-    /// Values that are not a number.
+    /// Number of NaN values.
     pub nan: u32,
-    /// Infinite values.
+    /// Number of infinite values.
     pub infinite: u32,
-    /// Finite values below zero; light has none, normals do.
+    /// Number of finite values below zero. Radiance has none, normals do.
     pub negative: u32,
-    /// Values at the largest number that the format is given: 65,504 of float16, otherwise 1e30.
+    /// Number of values at the largest number of the format: 65,504 for float16, otherwise 1e30.
     pub clamped: u32,
     /// Largest magnitude of the finite values.
     pub largest: f32,
 }
 
-impl Scanned {
-    /// Values that are not finite.
+impl ValueCounts {
+    /// Number of NaN and infinite values.
     pub fn not_finite(&self) -> u64 {
         u64::from(self.nan) + u64::from(self.infinite)
     }
 }
 
-/// A scan that was recorded: map [`Scan::readable`], then ask for [`Scan::found`].
-pub struct Scan {
+/// A recorded NaN/Inf check. Map [`NonFiniteCheck::readable`], then call [`NonFiniteCheck::counts`].
+pub struct NonFiniteCheck {
     items: Vec<(String, u64)>,
     readable: wgpu::Buffer,
 }
 
-/// Bytes between two tallies: the largest alignment of storage buffers that WebGPU allows.
+/// Bytes between two tallies: the largest storage buffer alignment that WebGPU allows.
 const STRIDE: u64 = 256;
 /// Bytes of a tally: five words.
 const TALLY: u64 = 20;
-/// LARGEST_FLOAT16 and LARGEST_RADIANCE of common/math.wgsl.
+/// Twins of LARGEST_FLOAT16 and LARGEST_RADIANCE in common/math.wgsl.
 const LARGEST_FLOAT16: f32 = 65504.0;
 const LARGEST_RADIANCE: f32 = 1e30;
-/// Invocations in a row of the dispatch over a buffer: a dispatch is two-dimensional, because a browser starts at most
+/// Invocations in a row of the dispatch over a buffer. The dispatch is two-dimensional, because WebGPU guarantees only
 /// 65,535 workgroups along one axis.
 const ROW: u32 = 65536;
 
-/// A pass of the scan.
+/// A resource to check.
 enum Target<'a> {
     Layer { texture: &'a wgpu::Texture, layer: u32, how: How },
     Buffer(&'a wgpu::Buffer),
 }
 
-impl Scan {
-    /// Adds a scan of everything that the recording's plan made, as it stands after what the encoder and earlier
-    /// submissions hold. Textures that the caller gave, and whole numbers (indices, bit sets) are left out.
+impl NonFiniteCheck {
+    /// Records a check of everything that the graph's plan created, after all work that is submitted or recorded
+    /// before. Textures of the caller and whole numbers (indices, bit sets) are left out.
     pub fn record(gpu: &Gpu, recording: &CompiledGraph, encoder: &mut wgpu::CommandEncoder) -> Self {
         let plan = recording.plan();
         let mut items = Vec::new();
@@ -112,19 +112,19 @@ impl Scan {
         Self { items, readable }
     }
 
-    /// The buffer to map once the device is done.
+    /// The buffer to map when the device has finished.
     pub fn readable(&self) -> &wgpu::Buffer {
         &self.readable
     }
 
-    /// What was found, from the bytes of [`Scan::readable`], in the order of the plan.
-    pub fn found(&self, bytes: &[u8]) -> Vec<Scanned> {
+    /// The counts from the bytes of [`NonFiniteCheck::readable`], in the order of the plan.
+    pub fn counts(&self, bytes: &[u8]) -> Vec<ValueCounts> {
         let tally = |(item, &(ref name, values)): (usize, &(String, u64))| {
             let word = |i: usize| {
                 let at = item * STRIDE as usize + 4 * i;
                 bytes.get(at..at + 4).map_or(0, bytemuck::pod_read_unaligned::<u32>)
             };
-            Scanned {
+            ValueCounts {
                 name: name.clone(),
                 values,
                 nan: word(0),
@@ -138,18 +138,18 @@ impl Scan {
     }
 }
 
-/// How a texture is read.
+/// How to read a texture.
 #[derive(Clone, Copy)]
 struct How {
-    /// Whether its texels are words, of which the first is a float.
+    /// Whether its texels are words of which the first one is a float.
     words: bool,
-    /// Channels that count.
+    /// Number of channels to check.
     channels: u32,
-    /// Largest number that the format is given.
+    /// Largest number that passes store in the format.
     limit: f32,
 }
 
-/// How to read a format; `None` for whole numbers and for depth tests, which the rasteriser keeps between 0 and 1.
+/// How to read a format; `None` for whole numbers, and for depth tests, which the rasterizer keeps between 0 and 1.
 fn how(format: Format) -> Option<How> {
     let channels = u32::from(format.components());
     Some(match format {
@@ -164,7 +164,7 @@ fn how(format: Format) -> Option<How> {
     })
 }
 
-/// Whether a shader that binds the buffer declares it as floats: whole numbers may have any bits.
+/// Whether a shader declares the buffer as floats. Whole numbers may have any bits.
 fn holds_floats(plan: &FramePlan, id: ResourceId) -> bool {
     plan.passes.iter().any(|pass| {
         pass.bindings.iter().filter(|(_, bound)| *bound == id).any(|(variable, _)| {
@@ -176,25 +176,25 @@ fn holds_floats(plan: &FramePlan, id: ResourceId) -> bool {
     })
 }
 
-/// The largest number that a texture of this format is given: values at it were clamped.
+/// The largest number that passes store in a texture of this format. Values at it were clamped.
 pub fn largest_number(format: Format) -> f32 {
     how(format).map_or(LARGEST_RADIANCE, |how| how.limit)
 }
 
 fn record_target(gpu: &Gpu, pass: &mut wgpu::ComputePass, target: &Target, tallies: &wgpu::Buffer, offset: u64) {
     // Resources are bound by index below.
-    let (scanned, tally) = ((), ());
+    let (values, tally) = ((), ());
     let (call, workgroups) = match *target {
         Target::Layer { texture, how: How { words, channels, limit }, .. } => {
-            let constants = scan_texture::Constants { limit, channels };
+            let constants = check_texture::Constants { limit, channels };
             let groups = [texture.width().div_ceil(16), texture.height().div_ceil(16)];
-            (Call::from(ScanTexture { scanned, tally, words, constants }), groups)
+            (Call::from(CheckTexture { values, tally, words, constants }), groups)
         }
         Target::Buffer(buffer) => {
             let (words, row) = (buffer.size() / 4, u64::from(ROW));
-            let constants = scan_buffer::Constants { limit: LARGEST_RADIANCE, row: ROW };
+            let constants = check_buffer::Constants { limit: LARGEST_RADIANCE, row: ROW };
             let groups = [words.min(row).div_ceil(256) as u32, words.div_ceil(row) as u32];
-            (Call::from(ScanBuffer { scanned, tally, constants }), groups)
+            (Call::from(CheckBuffer { values, tally, constants }), groups)
         }
     };
     let pipeline = gpu.compute_pipeline(call.shader, &call.shader.entry_points[0], &call.constants);
@@ -207,7 +207,7 @@ fn record_target(gpu: &Gpu, pass: &mut wgpu::ComputePass, target: &Target, talli
         })),
         Target::Buffer(_) => None,
     };
-    let scanned = match (target, &view) {
+    let values = match (target, &view) {
         (Target::Buffer(buffer), _) => buffer.as_entire_binding(),
         (Target::Layer { .. }, Some(view)) => wgpu::BindingResource::TextureView(view),
         (Target::Layer { .. }, None) => return,
@@ -217,7 +217,7 @@ fn record_target(gpu: &Gpu, pass: &mut wgpu::ComputePass, target: &Target, talli
         label: Some("scan"),
         layout: &pipeline.get_bind_group_layout(0),
         entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: scanned },
+            wgpu::BindGroupEntry { binding: 0, resource: values },
             wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Buffer(tally) },
         ],
     });

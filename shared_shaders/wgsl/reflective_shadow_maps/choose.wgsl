@@ -1,11 +1,13 @@
-// A few of all lit surfaces, each as often as it is important: stands of equal width along the running sum of
-// importances (systematic sampling). One workgroup; what a chosen surface sends is divided by how often it is chosen.
+// Chooses virtual point lights among all lit surfaces in proportion to their importance: equidistant samples of the
+// running sum of importances (systematic sampling). One workgroup. The light of a chosen surface is divided by its
+// expected number of samples.
 import package::common::math::random3;
+import package::common::streams::CHOICE_STREAM;
 import package::common::view::View;
-import package::light_views::light_surface::{LightSurface, unpack_light};
+import package::reflective_shadow_maps::light_surface::{LightSurface, unpack_light};
 
 struct Params {
-    // Surfaces of all light views, and how many to choose.
+    // Number of surfaces of all maps, and number to choose.
     surfaces: u32,
     chosen: u32,
 }
@@ -13,17 +15,17 @@ struct Params {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var<storage, read> importances: array<f32>;
-@group(0) @binding(3) var<storage, read> places: array<vec4f>;
+@group(0) @binding(3) var<storage, read> positions: array<vec4f>;
 @group(0) @binding(4) var<storage, read> lights: array<vec4u>;
-// Unpacked: every receiver reads them.
-@group(0) @binding(5) var<storage, read_write> virtual_lights: array<LightSurface>;
+// Unpacked, because every receiver reads them.
+@group(0) @binding(5) var<storage, read_write> virtual_point_lights: array<LightSurface>;
 
 const THREADS: u32 = 256u;
 var<workgroup> sums: array<f32, THREADS>;
 
-/// The surface of this index, standing for `factor` of its like.
+/// The surface of this index, standing for `factor` surfaces.
 fn standing_for(index: u32, factor: f32) -> LightSurface {
-    var surface = unpack_light(places[index].xyz, lights[index]);
+    var surface = unpack_light(positions[index].xyz, lights[index]);
     surface.factor = factor;
     return surface;
 }
@@ -46,16 +48,16 @@ fn choose(@builtin(local_invocation_index) thread: u32) {
         total += sums[i];
     }
     let stride = total / f32(params.chosen);
-    let start = random3(vec2u(0u), view.frame, 2049u, view.seed).x;
+    let start = random3(vec2u(0u), view.frame, CHOICE_STREAM, view.seed).x;
     if !(stride > 0.0) {
         // Nothing is lit.
         for (var k = thread; k < params.chosen; k += THREADS) {
-            virtual_lights[k] = standing_for(0u, 0.0);
+            virtual_point_lights[k] = standing_for(0u, 0.0);
         }
         return;
     }
-    // The stand k lies at (k + start) strides; those in this thread's part of the sum are its own. Rounding can neither
-    // skip one nor write one twice: the parts' borders are the same numbers for both neighbours.
+    // Sample k is at (k + start) strides. A thread handles the samples in its part of the sum. Rounding can neither
+    // skip a sample nor write one twice, because neighbouring parts share the same boundary values.
     var k = u32(max(ceil(before / stride - start), 0.0));
     var sum = before;
     let own_end = select(u32(max(ceil((before + own) / stride - start), 0.0)), params.chosen, thread == THREADS - 1u);
@@ -67,13 +69,13 @@ fn choose(@builtin(local_invocation_index) thread: u32) {
             last = i;
         }
         while k < min(own_end, params.chosen) && (f32(k) + start) * stride < sum && importance > 0.0 {
-            virtual_lights[k] = standing_for(i, stride / importance);
+            virtual_point_lights[k] = standing_for(i, stride / importance);
             k++;
         }
     }
-    // What rounding left over goes to the last lit surface of this part.
+    // Samples that rounding left over take the last lit surface of this part.
     while k < min(own_end, params.chosen) {
-        virtual_lights[k] = standing_for(last, select(0.0, stride / importances[last], own > 0.0));
+        virtual_point_lights[k] = standing_for(last, select(0.0, stride / importances[last], own > 0.0));
         k++;
     }
 }

@@ -1,12 +1,12 @@
-// Several bounces by feedback (Therrien et al. 2023, section 4.3): the source of indirect light is direct light and what
-// surfaces reflect of the light that the frame before found. The albedo it is reflected with is bounded below 1, so that
-// even a closed white room converges: to 1 / (1 - bound) times the first bounce at most.
+// Multiple bounces by previous-frame bounces (Therrien et al. 2023, section 4.3): the source of indirect light is
+// direct light plus what surfaces reflect of the previous frame's indirect light. The albedo of this reflection is
+// bounded below 1, so that even a closed white room converges: to at most 1 / (1 - bound) times the first bounce.
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position, pixel_of};
 import package::temporal::history::{history_depth, history_direction, history_light};
 import package::temporal::previous_view::PreviousView;
 
 struct Params {
-    // Largest albedo that light of the frame before is reflected with, under 1.
+    // Largest albedo of the reflection, below 1.
     bound: f32,
 }
 
@@ -18,16 +18,16 @@ struct Params {
 @group(0) @binding(5) var direct: texture_2d<f32>;
 @group(0) @binding(6) var albedo: texture_2d<f32>;
 @group(0) @binding(7) var light_before: texture_2d<u32>;
-@group(0) @binding(8) var fed: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(8) var source: texture_storage_2d<rgba32float, write>;
 
-/// The frame before shows this surface where depths agree to this part...
+/// The previous frame shows this surface if the depths agree to this relative tolerance...
 const DEPTH_TOLERANCE: f32 = 0.02;
 /// ... and normals within 25 degrees.
 const NORMAL_TOLERANCE: f32 = 0.906;
 
 @compute @workgroup_size(8, 8)
-fn feed(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(fed)) {
+fn add_previous_frame(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(source)) {
         return;
     }
     var radiance = textureLoad(direct, id.xy, 0).rgb;
@@ -48,5 +48,5 @@ fn feed(@builtin(global_invocation_id) id: vec3u) {
             }
         }
     }
-    textureStore(fed, id.xy, vec4f(radiance, 1.0));
+    textureStore(source, id.xy, vec4f(radiance, 1.0));
 }

@@ -1,8 +1,8 @@
-// From a lit disc to a receiver (Soler et al. 2009, Equation 4).
+// Light from a disc to a receiver (Soler et al. 2009, Equation 4).
 import package::common::math::PI;
-import package::light_views::light_surface::LightSurface;
+import package::reflective_shadow_maps::light_surface::LightSurface;
 
-/// What the disc adds to `indirect` for each unit of its radiance: cos+ R^2 / (r^2 + R^2), R^2 = cos'+ ds / pi.
+/// Contribution of the disc to `indirect` per unit of its radiance: cos+ R^2 / (r^2 + R^2), R^2 = cos'+ ds / pi.
 fn transfer(position: vec3f, normal: vec3f, surface: LightSurface) -> f32 {
     let toward = surface.position - position;
     let square = max(dot(toward, toward), 1e-36);
@@ -12,7 +12,7 @@ fn transfer(position: vec3f, normal: vec3f, surface: LightSurface) -> f32 {
     return receiver_cosine * disc / (square + disc);
 }
 
-/// The same for a receiver and a disc that face each other: a bound for any receiver there.
+/// The same for a receiver and a disc that face each other: an upper bound for any orientation.
 fn nearness(position: vec3f, surface: LightSurface) -> f32 {
     let toward = surface.position - position;
     let disc = surface.area / PI;

@@ -1,14 +1,15 @@
 // variants: light
-// Ambient occlusion from several views (Lambru et al., section 3.3): points of the hemisphere that a view shows to be
-// open or closed (Mittring 2007), weighted by how well the view can tell (after Vardis et al. 2013). The screen's comes
-// first and once; with `light`, what one light's view can tell is added to it.
+// Ambient visibility (1 = open, 0 = closed; ambient occlusion is 1 minus it) from several views (Lambru et al., section
+// 3.3). Each view classifies points of the hemisphere as open or closed (Mittring 2007); views are weighted by their
+// reliability (after Vardis et al. 2013). The screen comes first. With `light`, adds the view of one light.
 import package::common::hemisphere::hemisphere_point;
 import package::common::math::spread2;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH, pixel_of};
-@if(light) import package::light_views::light_surface::unpack_light;
-@if(light) import package::light_views::light_view::LightView;
-@if(light) import package::light_views::projection::{source_of, light_ray, area_across};
+@if(light) import package::reflective_shadow_maps::light_surface::unpack_light;
+@if(light) import package::common::shadow_view::ShadowView;
+import package::common::streams::AMBIENT_VISIBILITY_STREAM;
+@if(light) import package::reflective_shadow_maps::projection::{source_of, light_ray, area_across};
 
 struct Params {
     // Width of a texel in full-resolution pixels.
@@ -20,28 +21,28 @@ struct Params {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
-@if(light) @group(0) @binding(14) var<uniform> light_view: LightView;
+@if(light) @group(0) @binding(14) var<uniform> shadow_view: ShadowView;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
-@if(light) @group(0) @binding(3) var place: texture_2d<f32>;
+@if(light) @group(0) @binding(3) var rsm_position: texture_2d<f32>;
 @if(light) @group(0) @binding(4) var light: texture_2d<u32>;
 @if(light) @group(0) @binding(5) var partial_sum: texture_2d<f32>;
-// Sum of weighted openness, and of weights.
+// Sum of weighted ambient visibility, and sum of weights.
 @group(0) @binding(6) var views: texture_storage_2d<rg32float, write>;
 
-const STREAM: u32 = 3077u;
-// Points this close to the surface, in radii, count as in front of it: depth is rounded.
+// Points this close to the surface, in radii, count as in front of it, because depth is rounded.
 const BIAS: f32 = 0.01;
-// What stands more than this before a point, in radii, is another object's silhouette: the view cannot tell.
+// An occluder more than this in front of a point, in radii, is the silhouette of another object: the view cannot
+// classify the point.
 const SILHOUETTE: f32 = 2.0;
 
-/// 1 where a view shows a point to be open, -1 where closed, 0 where it cannot tell: `behind` is how far behind what is
-/// seen there the point is, along the view's ray.
+/// 1 for open, -1 for closed, 0 for unknown. `behind` is the distance of the point behind the visible surface, along
+/// the view's ray.
 fn judge(behind: f32) -> f32 {
     return select(select(0.0, -1.0, behind < SILHOUETTE * params.radius), 1.0, behind <= 0.0);
 }
 
 @compute @workgroup_size(8, 8)
-fn look(@builtin(global_invocation_id) id: vec3u) {
+fn sample_view(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(surfels)) {
         return;
     }
@@ -52,10 +53,10 @@ fn look(@builtin(global_invocation_id) id: vec3u) {
         let normal = surfel_normal(own);
         let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov)
             + BIAS * params.radius * normal;
-        let random = spread2(id.xy, view.frame, STREAM, view.seed, false);
-        @if(light) let source = source_of(light_view.world_to_clip);
-        @if(light) let size = vec2f(textureDimensions(place));
-        // Samples that the view shows to be open, and to be closed.
+        let random = spread2(id.xy, view.frame, AMBIENT_VISIBILITY_STREAM, view.seed, false);
+        @if(light) let source = source_of(shadow_view.world_to_clip);
+        @if(light) let size = vec2f(textureDimensions(rsm_position));
+        // Number of open and of closed samples.
         var open = 0.0;
         var closed = 0.0;
         for (var i = 0u; i < params.samples; i++) {
@@ -66,27 +67,27 @@ fn look(@builtin(global_invocation_id) id: vec3u) {
                 let on_screen = point.z < 0.0 && all(pixel >= vec2f(0.0)) && all(pixel < view.display_size);
                 let texel = select(vec2i(0), vec2i(floor(pixel / params.scale)), on_screen);
                 let depth = surfel_depth(textureLoad(surfels, texel, 0));
-                // Before the sky everything is open.
+                // Everything in front of the sky is open.
                 let behind = select(-1.0, -point.z - depth, depth > SKY_DEPTH);
                 verdict = select(0.0, judge(behind), on_screen);
             }
             @if(light) {
                 let world = (view.view_to_world * vec4f(point, 1.0)).xyz;
-                let clip = light_view.world_to_clip * vec4f(world, 1.0);
+                let clip = shadow_view.world_to_clip * vec4f(world, 1.0);
                 let uv = clip.xy / max(clip.w, 1e-30) * vec2f(0.5, -0.5) + 0.5;
                 let inside = clip.w > 0.0 && all(uv >= vec2f(0.0)) && all(uv < vec2f(1.0));
                 let at = select(vec2i(0), vec2i(floor(uv * size)), inside);
-                let surface = unpack_light(textureLoad(place, at, 0).xyz, textureLoad(light, at, 0));
+                let surface = unpack_light(textureLoad(rsm_position, at, 0).xyz, textureLoad(light, at, 0));
                 let ray = light_ray(source, world);
-                // A surface that rises away from the light within a texel hides nothing of itself.
-                let slack = sqrt(max(area_across(light_view.world_to_clip, ray, size.x), 0.0));
+                // A surface that slopes away from the light within a texel does not occlude itself.
+                let slack = sqrt(max(area_across(shadow_view.world_to_clip, ray, size.x), 0.0));
                 let behind = select(-1.0, dot(world - surface.position, ray.direction) - slack, surface.area > 0.0);
                 verdict = select(0.0, judge(behind), inside);
             }
             open += max(verdict, 0.0);
             closed += max(-verdict, 0.0);
         }
-        // A view that looks along the surface, or at its back, sees little of the space before it.
+        // A view along the surface, or of its back, sees little of the space in front of it.
         var facing = 0.0;
         @if(!light) { facing = -dot(normal, normalize(position)); }
         @if(light) {
@@ -95,7 +96,7 @@ fn look(@builtin(global_invocation_id) id: vec3u) {
             facing = -dot(world_normal, light_ray(source, world).direction);
         }
         let known = open + closed;
-        // What a view cannot tell is not like what it can: the weight falls with the square of its share.
+        // Unknown samples may differ from known ones, so the weight is the square of the known share.
         let share = known / f32(params.samples);
         let weight = max(facing, 0.0) * share * share;
         sum += weight * vec2f(open / max(known, 1.0), 1.0);

@@ -1,4 +1,4 @@
-//! What the lights look at, as plans bind it: buffers that follow the lights where they are animated.
+//! Shadow views of the lights as buffers of a plan. They follow animated lights.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Mat4;
@@ -6,17 +6,17 @@ use halflight_frame_graph::{FramePlan, Handle, ResourceId};
 
 use super::ShadowLayer;
 
-/// Kinds of handles: one layer of the shadow maps, by its index.
-const LIGHT_VIEW: &str = "light_view";
+/// Kinds of handles: one shadow map layer, by its index.
+const SHADOW_VIEW: &str = "light_view";
 /// World to clip space of all layers.
 const LIGHT_PROJECTIONS: &str = "light_projections";
 /// All layers, by the width of the shadow maps in texels.
 const SHADOW_LAYERS: &str = "shadow_layers";
 
-/// Twin of `LightView` in light_views/light_view.wgsl.
+/// Twin of `ShadowView` in common/shadow_view.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct LightView {
+struct ShadowView {
     world_to_clip: Mat4,
     width: f32,
     light: u32,
@@ -32,31 +32,36 @@ struct ShadowEntry {
     unused: [u32; 3],
 }
 
-/// The uniform block `light_view` of layer `index`, which is `layer` in the first frame.
-pub fn light_view(plan: &mut FramePlan, index: usize, layer: &ShadowLayer) -> ResourceId {
-    let handle = Handle { kind: LIGHT_VIEW, index: index as u32 };
-    plan.changing_data(handle, format!("light_view_{index}"), || view_bytes(layer), "what a light looks at")
+/// The uniform block `shadow_view` of layer `index`. `layer` is its state in the first frame.
+pub fn shadow_view(plan: &mut FramePlan, index: usize, layer: &ShadowLayer) -> ResourceId {
+    let handle = Handle { kind: SHADOW_VIEW, index: index as u32 };
+    plan.changing_data(handle, format!("light_view_{index}"), || view_bytes(layer), "view of a shadow map layer")
 }
 
 /// World to clip space of each layer, as `array<mat4x4f>`.
 pub fn light_projections(plan: &mut FramePlan, layers: &[ShadowLayer]) -> ResourceId {
     let handle = Handle { kind: LIGHT_PROJECTIONS, index: 0 };
-    plan.changing_data(handle, LIGHT_PROJECTIONS, || projection_bytes(layers), "where a light sees a receiver")
+    plan.changing_data(
+        handle,
+        LIGHT_PROJECTIONS,
+        || projection_bytes(layers),
+        "projections of the reflective shadow maps",
+    )
 }
 
 /// The layers of shadow maps that are `map_size` texels wide.
 pub fn shadow_entries(plan: &mut FramePlan, layers: &[ShadowLayer], map_size: u32) -> ResourceId {
     let handle = Handle { kind: SHADOW_LAYERS, index: map_size };
-    plan.changing_data(handle, SHADOW_LAYERS, || entry_bytes(layers, map_size), "what the shadow maps look at")
+    plan.changing_data(handle, SHADOW_LAYERS, || entry_bytes(layers, map_size), "views of the shadow map layers")
 }
 
-/// New contents for a handle of this module, once the lights have moved to these layers.
+/// New contents of a handle after the lights changed to these layers.
 ///
 /// # Panics
-/// Where the handle is of another kind: a plan that depends on something else needs another source of contents.
+/// If the handle is of another kind: other dependencies need another source of contents.
 pub(super) fn contents(handle: Handle, layers: &[ShadowLayer]) -> Vec<u8> {
     match handle {
-        Handle { kind: LIGHT_VIEW, index } => view_bytes(&layers[index as usize]),
+        Handle { kind: SHADOW_VIEW, index } => view_bytes(&layers[index as usize]),
         Handle { kind: LIGHT_PROJECTIONS, .. } => projection_bytes(layers),
         Handle { kind: SHADOW_LAYERS, index: map_size } => entry_bytes(layers, map_size),
         Handle { kind, index } => panic!("the scene has no contents for {kind} {index}"),
@@ -65,7 +70,7 @@ pub(super) fn contents(handle: Handle, layers: &[ShadowLayer]) -> Vec<u8> {
 
 fn view_bytes(layer: &ShadowLayer) -> Vec<u8> {
     let &ShadowLayer { world_to_clip, width, light } = layer;
-    bytemuck::bytes_of(&LightView { world_to_clip, width, light, unused: [0; 2] }).to_vec()
+    bytemuck::bytes_of(&ShadowView { world_to_clip, width, light, unused: [0; 2] }).to_vec()
 }
 
 fn projection_bytes(layers: &[ShadowLayer]) -> Vec<u8> {

@@ -1,4 +1,4 @@
-// What the next frame may feed back: the light that this one found, and the surfaces that received it.
+// Writes the history for the next frame: this frame's indirect light, and the surfaces that received it.
 import package::common::view::SKY_DEPTH;
 import package::temporal::history::{History, pack_history};
 
@@ -8,7 +8,7 @@ import package::temporal::history::{History, pack_history};
 @group(0) @binding(3) var light: texture_storage_2d<rgba32uint, write>;
 
 @compute @workgroup_size(8, 8)
-fn remember(@builtin(global_invocation_id) id: vec3u) {
+fn write_history(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(light)) {
         return;
     }

@@ -1,35 +1,35 @@
-// variants: textured, moving, receive_only, seen
-// What one light (or one of the six faces around it) sees: a reflective shadow map (Dachsbacher & Stamminger 2005), made
-// from the number of the first triangle on each texel's ray. That surface is lit, so no shadow is looked up. With
-// `receive_only`, some surfaces send nothing on; with `seen`, those that the camera does not see.
+// variants: textured, animated, receive_only, seen
+// The reflective shadow map of one light or of one cube face (Dachsbacher & Stamminger 2005), from the number of the
+// first triangle on each texel's ray. That surface is lit, so no shadow test is needed. With `receive_only`, some
+// surfaces send nothing. With `seen`, only surfaces that the camera sees send light.
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{LARGEST_RADIANCE, PI};
 import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vertex_normal, light_incidence};
-@if(moving) import package::common::scene::{Object, transform_normal};
+@if(animated) import package::common::scene::{Object, transform_normal};
 @if(textured) import package::common::scene::NO_TEXTURE;
 @if(textured) import package::common::scene_textures::sample_texture;
 @if(seen) import package::common::view::{View, pixel_of, view_position};
-import package::light_views::light_surface::pack_light;
-import package::light_views::light_view::LightView;
+import package::reflective_shadow_maps::light_surface::pack_light;
+import package::common::shadow_view::ShadowView;
 
-@group(0) @binding(0) var<uniform> light_view: LightView;
+@group(0) @binding(0) var<uniform> shadow_view: ShadowView;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> indices: array<u32>;
 @group(0) @binding(3) var<storage, read> materials: array<Material>;
 @group(0) @binding(4) var<storage, read> lights: array<Light>;
-@if(moving) @group(0) @binding(5) var<storage, read> objects: array<Object>;
-// One word a material: 1 where it only receives.
+@if(animated) @group(0) @binding(5) var<storage, read> objects: array<Object>;
+// One word per material: 1 if it receives light but sends none.
 @if(receive_only) @group(0) @binding(6) var<storage, read> receive_only: array<u32>;
-// Number of the first triangle, from 1; 0 where there is none.
+// Number of the first triangle, counted from 1; 0 without a triangle.
 @group(0) @binding(7) var triangles: texture_2d<u32>;
 // World position.
-@group(0) @binding(8) var place: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(8) var rsm_position: texture_storage_2d<rgba32float, write>;
 // `pack_light`.
 @group(0) @binding(9) var light: texture_storage_2d<rgba32uint, write>;
 @if(seen) @group(0) @binding(10) var<uniform> view: View;
 @if(seen) @group(0) @binding(11) var depth: texture_2d<f32>;
 
-// A pixel shows a surface where its depth differs from that of the surface's plane by less than this share.
+// Relative depth tolerance between a pixel and the plane of the surface for the pixel to show that surface.
 @if(seen)
 const SAME_DEPTH: f32 = 0.01;
 
@@ -37,7 +37,7 @@ struct Corner {
     world: vec3f,
     normal: vec3f,
     uv: vec2f,
-    // In clip space x and y, and the depth.
+    // Clip-space x and y, and the depth.
     clip: vec3f,
 }
 
@@ -45,21 +45,21 @@ fn corner(index: u32) -> Corner {
     let source = vertices[index];
     var world = vec4f(source.position, 1.0);
     var normal = vertex_normal(source);
-    @if(moving) {
+    @if(animated) {
         let to_world = objects[source.object].to_world;
         world = to_world * world;
         normal = normalize(transform_normal(to_world, normal));
     }
-    return Corner(world.xyz, normal, source.uv, (light_view.world_to_clip * world).xyw);
+    return Corner(world.xyz, normal, source.uv, (shadow_view.world_to_clip * world).xyw);
 }
 
 fn cross_2d(a: vec2f, b: vec2f) -> f32 {
     return a.x * b.y - a.y * b.x;
 }
 
-/// Weights of a triangle's corners where the ray through `ndc` meets it, from homogeneous edge functions (Olano & Greer
-/// 1997) around that ray, so that the edges of a small triangle do not cancel. Where rounding lets the ray miss, as on an
-/// edge or a sliver, the nearest weights inside.
+/// Barycentric weights of a triangle at `ndc`, from homogeneous edge functions (Olano & Greer 1997) relative to that
+/// ray, so that the edges of a small triangle do not cancel. If rounding makes the ray miss, as on an edge or a sliver,
+/// these are the nearest weights inside.
 fn weights_at(ndc: vec2f, a: vec3f, b: vec3f, c: vec3f) -> vec3f {
     let from_a = a.xy - ndc * a.z;
     let from_b = b.xy - ndc * b.z;
@@ -70,17 +70,18 @@ fn weights_at(ndc: vec2f, a: vec3f, b: vec3f, c: vec3f) -> vec3f {
     return select(vec3f(1.0 / 3.0), inside / sum, sum > 0.0);
 }
 
-/// Whether the camera sees this place, on the side that faces along `normal`; both in world space.
+/// Whether the camera sees this position from the side of `normal`; both in world space.
 @if(seen)
-fn is_seen(place: vec3f, normal: vec3f) -> bool {
-    let p = (view.world_to_view * vec4f(place, 1.0)).xyz;
+fn is_seen(position: vec3f, normal: vec3f) -> bool {
+    let p = (view.world_to_view * vec4f(position, 1.0)).xyz;
     let n = (view.world_to_view * vec4f(normal, 0.0)).xyz;
     if p.z >= 0.0 || any(abs(p.xy) > view.tan_half_fov * -p.z) || dot(n, p) >= 0.0 {
         return false;
     }
     let pixel = min(vec2u(pixel_of(p, view.tan_half_fov, view.display_size)), vec2u(view.display_size) - 1u);
     let shown = textureLoad(depth, pixel, 0).x;
-    // The surface's plane meets the ray through the pixel's centre at a depth of dot(n, p) over this; edge-on, at none.
+    // The surface's plane intersects the ray through the pixel's centre at the depth dot(n, p) / slope. Seen edge-on,
+    // it does not.
     let slope = dot(n, view_position((vec2f(pixel) + 0.5) / view.display_size, 1.0, view.tan_half_fov));
     let on_plane = abs(shown * slope - dot(n, p)) < SAME_DEPTH * shown * abs(slope);
     return on_plane || abs(shown + p.z) < SAME_DEPTH * shown;
@@ -94,7 +95,7 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     }
     let triangle = textureLoad(triangles, id.xy, 0).x;
     if triangle == 0u {
-        textureStore(place, id.xy, vec4f(0.0));
+        textureStore(rsm_position, id.xy, vec4f(0.0));
         textureStore(light, id.xy, vec4u(0u));
         return;
     }
@@ -116,9 +117,9 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     @if(receive_only) {
         albedo *= f32(1u - receive_only[material_index]);
     }
-    let source = lights[light_view.light];
+    let source = lights[shadow_view.light];
     let incidence = light_incidence(source, position);
-    // Where opposite normals cancel, the triangle's own plane; surfaces are two-sided: the normal is that of the lit side.
+    // If opposite normals cancel, use the normal of the triangle. Surfaces are two-sided: the normal faces the light.
     var normal = mat3x3f(a.normal, b.normal, c.normal) * weights;
     if dot(normal, normal) <= 1e-8 {
         normal = normalize(b.world - a.world);
@@ -128,14 +129,14 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     normal *= select(1.0, -1.0, dot(normal, incidence.direction) < 0.0);
     let cosine = dot(normal, incidence.direction);
     let irradiance = min(incidence.irradiance, vec3f(LARGEST_RADIANCE)) * cosine;
-    // The texel's area across its ray, then along the surface. Near the edge of what a light sees shading normals are
-    // off by more than the bound, as in a camera's view.
-    // Width of a texel: scene units (directional), or for each unit of distance along the map's axis.
-    let texel_width = light_view.width / f32(textureDimensions(place).x);
+    // The texel's area across its ray, then along the surface. Near the edge of the light's view the error of shading
+    // normals exceeds the bound, as in a camera's view.
+    // Width of a texel: scene units (directional), otherwise per unit of distance along the map's axis.
+    let texel_width = shadow_view.width / f32(textureDimensions(rsm_position).x);
     var across = texel_width * texel_width;
     if source.kind != LIGHT_DIRECTIONAL {
-        // Seen by a pinhole: the texel's solid angle shrinks with the cube of the cosine to the map's axis, the square
-        // of the distance grows with its inverse square.
+        // Perspective map: the solid angle of the texel is proportional to the cubed cosine to the map's axis. The
+        // squared distance is proportional to the inverse of the squared cosine.
         let depth = dot(vec3f(a.clip.z, b.clip.z, c.clip.z), weights);
         across *= depth * depth * depth / max(incidence.distance, 1e-30);
     }
@@ -143,6 +144,6 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     @if(seen) {
         albedo *= f32(is_seen(position, normal));
     }
-    textureStore(place, id.xy, vec4f(position, 1.0));
+    textureStore(rsm_position, id.xy, vec4f(position, 1.0));
     textureStore(light, id.xy, pack_light(area, normal, irradiance * albedo / PI));
 }

@@ -1,4 +1,4 @@
-//! What a recording keeps from frame to frame.
+//! State of a compiled graph that persists between frames.
 
 use super::CompiledGraph;
 use crate::{
@@ -6,22 +6,22 @@ use crate::{
     plan::{FramePlan, Resource, ResourceId, ResourceKind},
 };
 
-/// What a recording knows of the frames before.
+/// The history state of a compiled graph.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Memory {
+pub(super) struct HistoryState {
     /// The view of the last frame; `None` before the first one.
     pub(super) last: Option<View>,
-    /// Which texture of each history the last frame wrote.
-    pub(super) turn: usize,
-    /// Frames since anything changed.
-    pub(super) still_frames: u32,
+    /// Ping-pong index: which texture of each history the last frame wrote.
+    pub(super) ping_pong: usize,
+    /// Number of frames since anything changed.
+    pub(super) static_frames: u32,
     /// Whether passes that run once have run.
     pub(super) prepared: bool,
 }
 
-/// The texture that stands for `id` in frames of this turn: in odd ones the two of a history have changed places.
-pub(super) fn in_turn(plan: &FramePlan, id: ResourceId, turn: usize) -> ResourceId {
-    if turn == 0 {
+/// The texture of `id` at this ping-pong index: at index 1 the two textures of a history are swapped.
+pub(super) fn resolve_history(plan: &FramePlan, id: ResourceId, ping_pong: usize) -> ResourceId {
+    if ping_pong == 0 {
         return id;
     }
     if let ResourceKind::Previous { of, .. } = plan.resources[id.0].kind {
@@ -31,7 +31,7 @@ pub(super) fn in_turn(plan: &FramePlan, id: ResourceId, turn: usize) -> Resource
     plan.resources.iter().position(before).map_or(id, ResourceId)
 }
 
-/// Takes over the histories of another recording; false, and nothing taken, where one of the plan's has no equal.
+/// Keeps the histories of another graph. Returns false and keeps none if a history of the plan has no match.
 pub(super) fn adopt_histories(plan: &FramePlan, textures: &mut [Option<wgpu::Texture>], old: &CompiledGraph) -> bool {
     let pairs = |plan: &FramePlan| -> Vec<(usize, usize)> {
         let pair = |(index, resource): (usize, &Resource)| match resource.kind {

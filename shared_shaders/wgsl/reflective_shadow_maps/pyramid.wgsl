@@ -1,13 +1,14 @@
-// One level of the pyramid over the lights' views from the four children of each texel. One child stands for all four, drawn
-// in proportion to the power that it sends and with its light divided by how often it is drawn: the mean over frames is what
-// the children send, from where they are and where they face. Nothing is averaged across an edge.
+// One level of the pyramid over the reflective shadow maps. One child stands for all four. It is chosen in proportion
+// to its power, and its light is divided by its probability. The mean over frames is then the light of all children,
+// from their positions and with their normals. Nothing is averaged across an edge.
 import package::common::math::{largest, random3};
 import package::common::view::View;
-import package::light_views::light_pyramid::{level_start, unpack_texel};
-import package::light_views::light_surface::pack_light;
+import package::common::streams::LIGHT_PYRAMID_STREAM;
+import package::reflective_shadow_maps::light_pyramid::{level_start, unpack_texel};
+import package::reflective_shadow_maps::light_surface::pack_light;
 
 struct Params {
-    // Texels along a side of a view at the finest level, number of views, and this level.
+    // Width of a map at the finest level, texels; number of maps; this level.
     size: u32,
     views: u32,
     level: u32,
@@ -17,20 +18,17 @@ struct Params {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var<storage, read_write> light_pyramid: array<vec4u>;
 
-// Stream of random numbers: this and the level.
-const STREAM: u32 = 6144u;
-
 @compute @workgroup_size(8, 8)
 fn reduce(@builtin(global_invocation_id) id: vec3u) {
     let width = params.size >> params.level;
-    // Views stand one below another.
+    // The maps are stacked vertically.
     if id.x >= width || id.y >= width * params.views {
         return;
     }
     let finer = level_start(params.level - 1u, params.size, params.views);
     let own_start = level_start(params.level, params.size, params.views);
-    let random = random3(id.xy, view.frame, STREAM + params.level, view.seed).x;
-    // Areas and powers of the four, and the one that is drawn.
+    let random = random3(id.xy, view.frame, LIGHT_PYRAMID_STREAM + params.level, view.seed).x;
+    // Sums of area and power of the four children, and the chosen child.
     var area = 0.0;
     var power = 0.0;
     var drawn = 0u;
@@ -39,12 +37,12 @@ fn reduce(@builtin(global_invocation_id) id: vec3u) {
     for (var i = 0u; i < 4u; i++) {
         let child = finer + (id.y * 2u + (i >> 1u)) * width * 2u + id.x * 2u + (i & 1u);
         let surface = unpack_texel(light_pyramid[2u * child], light_pyramid[2u * child + 1u]);
-        // Bounded, so that four of them stay inside float32.
+        // Bounded, so that the sum of four stays inside float32.
         let own = min(surface.area * largest(surface.radiance), 1e37);
         if own > 0.0 {
             area += surface.area;
             power += own;
-            // One number serves all choices: what is left of it after each one is as random as before.
+            // One random number serves all choices: its remainder after each choice is uniform again.
             let threshold = choice * power;
             let pick = threshold < own;
             choice = select((threshold - own) / max(power - own, 1e-36), threshold / own, pick);
@@ -59,10 +57,10 @@ fn reduce(@builtin(global_invocation_id) id: vec3u) {
         light_pyramid[index + 1u] = vec4u(0u);
         return;
     }
-    let place = light_pyramid[2u * drawn];
-    let surface = unpack_texel(place, light_pyramid[2u * drawn + 1u]);
-    // Its own power, times how seldom it is drawn, over the area of all that it stands for.
+    let position = light_pyramid[2u * drawn];
+    let surface = unpack_texel(position, light_pyramid[2u * drawn + 1u]);
+    // Its own power, divided by its probability and by the total area.
     let radiance = surface.radiance * ((surface.area / area) * (power / drawn_power));
-    light_pyramid[index] = place;
+    light_pyramid[index] = position;
     light_pyramid[index + 1u] = pack_light(area, surface.normal, radiance);
 }

@@ -1,4 +1,4 @@
-//! What a user does wrong: one sentence that names the place and the mend, exit code 2.
+//! Bad input ends with one sentence that names the file, line or key and the fix, and with exit code 2.
 #![allow(clippy::unwrap_used)]
 
 use std::{
@@ -115,7 +115,7 @@ fn a_missing_texture_gets_a_stand_in() {
     assert_eq!(output.status.code(), Some(0), "{text}");
     let warnings: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("warning: ")).collect();
     assert_eq!(warnings.len(), 1, "{text}");
-    says(warnings[0], &["t.mtl", "`m`", "gone.png", "checker stands in"]);
+    says(warnings[0], &["t.mtl", "`m`", "gone.png", "magenta checker"]);
 }
 
 #[test]

@@ -318,7 +318,7 @@ fn write_numbers(out: &mut String, name: &str, doc: &str, fields: &[(&str, &str,
         let some = presence.always() || constants;
         let rust = if some { rust.to_owned() } else { format!("Option<{rust}>") };
         let when = if some { "" } else { ", where the features ask for it" };
-        writeln!(out, "/// `{field}`, {wgsl_type}{when}.\npub {}: {rust},", snake_case(field))?;
+        writeln!(out, "/// `{field}: {wgsl_type}`{when}.\npub {}: {rust},", snake_case(field))?;
     }
     let (item, each) = if constants { ("f64", "Constant::to_f64") } else { ("UniformValue", "UniformValue::from") };
     writeln!(out, "}}\nimpl {name} {{\n/// Values by their WGSL names.")?;

@@ -37,7 +37,7 @@ pub fn surfels_and_planes(plan: &mut FramePlan, inputs: &Inputs, divisor: u32) -
     (pyramid_and_planes(plan, inputs, false, divisor, 0, Some(planes)).remove(0), planes)
 }
 
-/// As [`pyramid`]. The first pass, at half resolution or finer, also writes `planes`.
+/// As [`pyramid()`]. The first pass, at half resolution or finer, also writes `planes`.
 fn pyramid_and_planes(
     plan: &mut FramePlan,
     inputs: &Inputs,

@@ -79,7 +79,7 @@ fn a_hidden_occluder() {
     scene.name = "hidden occluder".into();
     // The exhaustive sum has neither noise nor hierarchy.
     let explanation = explain(&scene, "exhaustive", &[]);
-    stands_alone(&explanation, "missing visibility", "stands in its way");
+    stands_alone(&explanation, "missing visibility", "passes through occluders");
 }
 
 #[test]

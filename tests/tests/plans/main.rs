@@ -40,7 +40,7 @@ fn a_plain_scene_has_no_pass_that_it_does_not_need() {
     let none = plan(&scene, "none", &[], SIZE);
     assert_eq!(passes(&none), ["gbuffer", "shadow_0", "direct"]);
     let given = ["scene.vertices", "scene.materials"];
-    let own = ["depth", "normal", "albedo", "depth_test", "shadow_maps", "shadow_layers", "direct"];
+    let own = ["depth", "normal", "albedo", "depth_test", "shadow_maps", "shadow_layers", "light_view_0", "direct"];
     assert_eq!(resources(&none), [&given[..], &own, &["scene.lights"]].concat());
     // Without indirect light the direct image is the final one: no copy of it is made.
     assert_eq!(none.outputs["final"], none.outputs["direct"]);
@@ -93,7 +93,12 @@ fn each_need_adds_exactly_its_own() {
     );
     // What no pass of this technique can show yet costs nothing: glossy materials.
     check(|scene| scene.materials[0].specular = [0.5; 3], &[], &[], ["gbuffer/gbuffer", shadow, direct]);
-    check(|scene| scene.lights.push(scenes::sun()), &[], &["shadow_1"], ["gbuffer/gbuffer", shadow, direct]);
+    check(
+        |scene| scene.lights.push(scenes::sun()),
+        &["light_view_1"],
+        &["shadow_1"],
+        ["gbuffer/gbuffer", shadow, direct],
+    );
     // What only receives light is found by its material, and its light is taken out of the source.
     check(
         |scene| scene.materials[0].receive_only = true,
@@ -121,7 +126,7 @@ fn each_need_adds_exactly_its_own() {
     // A point light needs the six faces of a cube.
     check(
         |scene| scene.lights.push(Light::Point { position: [0.0, 2.0, 0.0], intensity: [1.0; 3] }),
-        &[],
+        &["light_view_1", "light_view_2", "light_view_3", "light_view_4", "light_view_5", "light_view_6"],
         &["shadow_1", "shadow_2", "shadow_3", "shadow_4", "shadow_5", "shadow_6"],
         ["gbuffer/gbuffer", shadow, direct],
     );

@@ -1,6 +1,6 @@
 //! Indirect light inside another renderer: its device, its textures, its camera, its encoder.
 //!
-//!     cargo run -p halflight-renderer --example embed
+//!     cargo run -p halflight-techniques --example embed
 //!
 //! The host here is the smallest that serves: it "renders" a lit floor in front of a dark wall by
 //! writing texels, and nothing else in it is Halflight's. Light can only reach the wall from the floor.

@@ -64,7 +64,8 @@ pub fn run_all() -> Result<ExitCode, Stop> {
     let clippy = |targets: &[&str]| {
         run(cargo(&["clippy"]).args(targets).args(DENY_WARNINGS), "fix the warnings that it printed")
     };
-    clippy(&["--workspace", "--all-targets"])?;
+    // With every feature that a default build leaves out.
+    clippy(&["--workspace", "--all-targets", "--features", "halflight-viewer/hot-reload"])?;
     clippy(&[&["--target", setup::WASM], PORTABLE.as_slice()].concat())?;
     run(
         cargo(&["doc", "--workspace", "--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "--deny warnings"),

@@ -3,7 +3,7 @@
 
 use std::error::Error;
 
-use halflight_evaluator::experiment::measurement::{Measurement, Timing};
+use halflight_evaluator::measurement::{Measurement, Timing};
 use halflight_evaluator::report::{Pictures, Report};
 use halflight_metrics::{DisplayPair, LinearPair, MetricId, Rgb, Values};
 use halflight_native::images::{auto_exposure, tone_map_all};

@@ -4,7 +4,6 @@
 mod cell_file;
 mod frames;
 pub mod grid;
-pub mod measurement;
 pub mod reference;
 mod run;
 mod scene_runner;

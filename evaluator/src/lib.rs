@@ -1,12 +1,13 @@
 //! Experiments on many frames: grids of settings are rendered, timed and compared with a path-traced reference; reports
 //! show what each millisecond buys. The command `evaluator` is a thin layer over this library.
 //!
-//! [`experiment`] runs grids and holds the measurements, [`report`] writes them as pages and tables, [`explain`] splits
+//! [`experiment`] runs grids, [`measurement`] is a row of their results, [`report`] writes them as pages and tables, [`explain`] splits
 //! an error into its sources, [`compare`](mod@compare) compares two image files.
 //!
 //! ```no_run
-//! use halflight_evaluator::experiment::{
-//!     RunOptions, grid::Grid, measurement::read_json, run, session::open_adapter,
+//! use halflight_evaluator::{
+//!     experiment::{RunOptions, grid::Grid, run, session::open_adapter},
+//!     measurement::read_json,
 //! };
 //! use halflight_metrics::MetricId;
 //!
@@ -26,6 +27,7 @@ pub mod error;
 pub mod experiment;
 pub mod explain;
 pub mod format;
+pub mod measurement;
 pub mod plan_graph;
 pub mod progress;
 pub mod report;

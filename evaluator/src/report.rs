@@ -10,7 +10,7 @@ use halflight_native::files::write_whole;
 use halflight_output::OutputFolder;
 
 use crate::Error;
-use crate::experiment::measurement::{self, Measurement};
+use crate::measurement::{self, Measurement};
 
 pub mod document;
 mod grouping;

@@ -8,7 +8,7 @@ use std::{
     process::Command,
 };
 
-use halflight_evaluator::experiment::measurement::{Measurement, read_json};
+use halflight_evaluator::measurement::{Measurement, read_json};
 use halflight_metrics::{
     DisplayPair, Function, LinearPair, METRICS, MetricId, Rgb, Values,
     tone::{auto_exposure, tone_map_all},

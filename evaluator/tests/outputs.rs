@@ -79,8 +79,7 @@ impl Folder {
 
     /// Root mean square error of each row of a report.
     fn errors(&self, report: &str) -> Vec<f64> {
-        let rows =
-            halflight_evaluator::experiment::measurement::read_json(&self.0.join(report).join("results.json")).unwrap();
+        let rows = halflight_evaluator::measurement::read_json(&self.0.join(report).join("results.json")).unwrap();
         rows.iter().map(|row| row.errors.get(MetricId::IndirectRmse).unwrap()).collect()
     }
 }

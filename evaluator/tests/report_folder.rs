@@ -8,7 +8,7 @@ use std::{
     time::SystemTime,
 };
 
-use halflight_evaluator::experiment::measurement::read_json;
+use halflight_evaluator::measurement::read_json;
 use halflight_native::images::Image;
 
 const GRID: &str = "
@@ -145,8 +145,7 @@ fn resume_repeats_only_what_is_missing() {
     assert_eq!((again[0], again[2]), (written[0], written[2]));
     assert!(again[1] > written[1]);
     let errors = |json: &[u8]| -> Vec<_> {
-        let rows: Vec<halflight_evaluator::experiment::measurement::Measurement> =
-            serde_json::from_slice(json).unwrap();
+        let rows: Vec<halflight_evaluator::measurement::Measurement> = serde_json::from_slice(json).unwrap();
         rows.into_iter().map(|row| row.errors).collect()
     };
     let [_, json, ..] = tables(&place);

@@ -16,12 +16,8 @@ use std::{
 
 use halflight_evaluator::{
     Error,
-    experiment::{
-        RunOptions,
-        grid::Grid,
-        measurement::{Measurement, read_json},
-        run as run_grid,
-    },
+    experiment::{RunOptions, grid::Grid, run as run_grid},
+    measurement::{Measurement, read_json},
 };
 use halflight_native::{AdapterChoice, NativeGpu};
 use halflight_renderer::parameters::Settings;

@@ -6,8 +6,8 @@ use halflight_native::files::write_whole;
 use halflight_output::OutputFolder;
 use serde_json::{Map, Value};
 
-use super::measurement::Measurement;
 use crate::Error;
+use crate::measurement::Measurement;
 
 /// The file of one cell of a grid: its row, and the key of everything that the row depends on.
 pub(super) struct CellFile<'a> {

@@ -5,8 +5,8 @@ use halflight_native::{NativeGpu, images::Rgb};
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_scenes::Scene;
 
-use super::{grid::Grid, measurement::Timing, reference, session::Frames};
-use crate::Error;
+use super::{grid::Grid, reference, session::Frames};
+use crate::{Error, measurement::Timing};
 
 /// The path tracer's ambient visibility.
 #[derive(Clone)]

@@ -12,11 +12,10 @@ use halflight_techniques::invocation::Invocation;
 use super::{
     cell_file::CellFile,
     grid::{Cell, Grid},
-    measurement::Measurement,
     scene_runner::{RunnerOptions, SceneRunner, Subject},
     session::open_scene,
 };
-use crate::{Error, progress::Progress, report::Report};
+use crate::{Error, measurement::Measurement, progress::Progress, report::Report};
 
 /// How to run a grid.
 pub struct RunOptions<'a> {

@@ -29,12 +29,11 @@ use super::{
     COMMIT,
     frames::{Noise, OcclusionReference, Shown, check_textures, modulate, occlusion_reference, time_frames},
     grid::{Cell, Grid},
-    measurement::Measurement,
     reference,
     session::{Frames, Request, Session},
     temporal,
 };
-use crate::{Error, report::Pictures};
+use crate::{Error, measurement::Measurement, report::Pictures};
 
 /// Frames of the scene's own passes. They are the same for all cells, so they are timed once.
 const SCENE_FRAMES: u32 = 5;

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::experiment::measurement::{Measurement, plain};
+use crate::measurement::{Measurement, plain};
 
 /// The rows of one scene, camera, size and adapter: times and errors compare only within a group.
 #[derive(Debug)]

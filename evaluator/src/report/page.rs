@@ -338,7 +338,7 @@ fn picture_data(part: &Part) -> Value {
         let name = if several { format!("reference of #{}", index + 1) } else { "path-traced reference".into() };
         json!({"label": name, "images": {"final": shown, "indirect": indirect, "exr": exr}})
     };
-    let cell = |&(index, row): &(usize, &crate::experiment::measurement::Measurement)| {
+    let cell = |&(index, row): &(usize, &crate::measurement::Measurement)| {
         let pictures = ["final", "indirect", "error", "exr"].map(|kind| (kind, row.image(kind)));
         json!({
             "label": format!("#{} {}", index + 1, part.group.label(row)),

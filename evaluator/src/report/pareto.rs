@@ -1,6 +1,6 @@
 //! The frontier: configurations that no other beats in both time and error.
 
-use crate::experiment::measurement::Measurement;
+use crate::measurement::Measurement;
 
 /// Positions in `rows` of the frontier by time and the error that `error` takes from a row, fastest first; lower is
 /// better in both.

@@ -23,7 +23,7 @@ pub struct Pictures<'a> {
 
 impl Pictures<'_> {
     /// Writes linear radiance as `images/<name>.png` under an exposure, one for all pictures of a scene and kind
-    /// ([`halflight_native::images::auto_exposure`] of the truth), and returns that path for [`crate::experiment::measurement::Measurement::images`].
+    /// ([`halflight_native::images::auto_exposure`] of the truth), and returns that path for [`crate::measurement::Measurement::images`].
     ///
     /// # Errors
     /// If the file cannot be written.

@@ -7,8 +7,8 @@ use super::document::chart::{Axis, Bars, Drawing, Line, MARKERS, Marker, Plot, P
 use super::grouping::{Group, is_baseline, last_segment, value_label};
 use super::pareto::frontier;
 use super::tables::pass_names;
-use crate::experiment::measurement::Measurement;
 use crate::format::number;
+use crate::measurement::Measurement;
 
 /// A drawing with the name of its file (without folder and `.svg`) and of its choice where several share one position.
 pub struct Named {

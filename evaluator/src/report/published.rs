@@ -5,7 +5,7 @@
 
 use halflight_techniques::invocation::parse_size;
 
-use crate::experiment::measurement::{Measurement, plain};
+use crate::measurement::{Measurement, plain};
 
 mod data;
 

@@ -11,8 +11,8 @@ use super::document::table::{Cell, Column, Table, TableRow};
 use super::grouping::Group;
 use super::plots::Named;
 use crate::Error;
-use crate::experiment::measurement::{Measurement, plain};
 use crate::format::number;
+use crate::measurement::{Measurement, plain};
 
 /// `preset` of the rows that the figure belongs to.
 pub(super) const PRESET: &str = "soler2009_fig5";

@@ -4,8 +4,8 @@
 use halflight_metrics::MetricId;
 
 use super::grouping::{Group, last_segment};
-use crate::experiment::measurement::{Measurement, plain};
 use crate::format::number;
+use crate::measurement::{Measurement, plain};
 
 /// Pictures side by side.
 #[derive(Debug)]

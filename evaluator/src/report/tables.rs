@@ -5,9 +5,9 @@ use halflight_metrics::{Best, Metric};
 use super::document::table::{Cell, Column, Kind, Table, TableRow};
 use super::grouping::{Group, last_segment};
 use super::published::{Claim, PublishedRow, PublishedTable, Share};
-use crate::experiment::measurement::{Measurement, plain};
-use crate::experiment::temporal::{AFTER, Temporal, WARM_UP, WINDOW};
 use crate::format::number;
+use crate::measurement::temporal::{AFTER, Temporal, WARM_UP, WINDOW};
+use crate::measurement::{Measurement, plain};
 
 /// A column and how to fill it from a row.
 type Filled<'a> = (Column, Box<dyn Fn(&Measurement) -> Cell + 'a>, Option<Best>);

@@ -6,8 +6,8 @@ use super::document::table::{Cell, Column, Table, TableRow};
 use super::grouping::{Group, is_baseline};
 use super::pareto::frontier;
 use super::plots::{self, Named};
-use crate::experiment::measurement::Measurement;
 use crate::format::{number, percent};
+use crate::measurement::Measurement;
 
 /// Time against one metric.
 pub struct Trade {

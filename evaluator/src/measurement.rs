@@ -3,6 +3,8 @@
 //! A [`Measurement`] serialises to one flat object whose keys are the columns of results.csv, so that results.json and
 //! results.csv hold the same table.
 
+pub mod temporal;
+
 use std::io::Write as _;
 use std::path::Path;
 
@@ -11,7 +13,7 @@ use halflight_native::files::write_whole;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::temporal::Temporal;
+use self::temporal::Temporal;
 use crate::Error;
 
 /// One row of results.csv.

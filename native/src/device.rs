@@ -96,7 +96,8 @@ impl NativeGpu {
     }
 }
 
-/// Time after the first error of a lost device until its loss was told, at most: a thread has to be scheduled for it.
+/// Longest time between the first error of a lost device and the callback that reports the loss: a thread has to be
+/// scheduled for it.
 const LOSS_IS_TOLD: Duration = Duration::from_secs(2);
 
 /// Errors of a device that was lost are not this program's mistakes: they end with a sentence when its results are read,
@@ -110,7 +111,7 @@ impl Handler {
         device.set_device_lost_callback(move |_, _| told.store(true, Ordering::Release));
         let own = device.clone();
         device.on_uncaptured_error(Arc::new(move |error| {
-            // A loss is told once the device is idle, and perhaps by another thread that polls it: later than the first
+            // A loss is reported once the device is idle, and perhaps by another thread that polls it: later than the first
             // error that comes of it. Who made a mistake can wait for the panic.
             let begin = Instant::now();
             while !lost.load(Ordering::Acquire) {

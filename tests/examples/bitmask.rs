@@ -48,7 +48,7 @@ enum What {
     Cost,
     /// Tables 1 and 2 of the paper: ratios of the gather's cost beside the published ones.
     Tables,
-    /// Converged openness against traced openness, over thickness.
+    /// Converged ambient visibility against the traced one, over thickness.
     Occlusion,
     /// Converged light against the path-traced first bounce and its part on the screen; noise of single frames.
     Light,

@@ -1,4 +1,4 @@
-//! What depends on something that moves is written anew, whatever the pass that reads it is called.
+//! Data of animated lights is updated for every pass that reads it, whatever the name of the pass.
 #![allow(clippy::unwrap_used)]
 
 use halflight_evaluator::experiment::session::Session;
@@ -14,7 +14,7 @@ use halflight_tests::{bundled, device, known};
 const SIZE: [u32; 2] = [48, 27];
 const MAP: u32 = 64;
 
-/// What a pass of an unheard-of name finds in this frame: the depth that the first light sees.
+/// The depth map of the first light in this frame, drawn by a pass that no other code knows.
 fn seen_by_the_light(scene: &Scene, frame: u32) -> Vec<u8> {
     let session = Session::new(device(), scene);
     let facts = &session.facts;
@@ -46,6 +46,6 @@ fn a_pass_of_any_name_follows_a_light_that_moves() {
     scene.moves.lights.push((0, motion));
     let [first, last] = [0, FRAME].map(|frame| seen_by_the_light(&scene, frame));
     assert_ne!(first, last, "the light moved");
-    // The scene as it stands still in that frame.
+    // The static scene with the pose of that frame.
     assert!(last == seen_by_the_light(&scene.posed(FRAME), 0), "the pass saw the light somewhere else");
 }

@@ -169,7 +169,7 @@ fn the_error_target_is_met_and_the_cache_answers_the_second_time() {
     let darker = TruthSource::new(&gpu, &darker, Some(cache.clone())).trace(&request, Stop::at_samples(1), &mut |_| ());
     assert_ne!(darker.unwrap().inputs, first.inputs);
 
-    // A damaged entry is a warning, and the truth is traced anew.
+    // A damaged entry is a warning, and the reference is traced again.
     std::fs::write(cache.path("truth", &first.inputs), b"not a truth").unwrap();
     let mended = source.trace(&request, Stop::at_samples(2), &mut |_| ()).unwrap();
     assert!(mended.warnings[0].contains("damaged") && mended.traced.0 > 0, "{:?}", mended.warnings);

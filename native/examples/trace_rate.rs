@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let (Some(before), Some(after)) = (processor, processor_seconds()) {
         println!("{:.2} million for each two processor seconds", million / (after - before) * 2.0);
     }
-    println!("relative error of a pixel after {SAMPLES} samples: {:.2}", traced.rel_error);
+    println!("relative error of a pixel after {SAMPLES} samples: {:.2}", traced.rel_error.unwrap_or(f64::NAN));
     Ok(())
 }
 

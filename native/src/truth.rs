@@ -8,7 +8,7 @@ use std::{
 use halflight_frame_graph::Gpu;
 use halflight_renderer::{
     scene::SceneBuffers,
-    truth::{Progress, Request, State, Stop, Trace, Tracer, Truth, TruthError},
+    truth::{Progress, Request, State, Stop, Trace, Tracer, Truth, TruthError, is_lit},
 };
 use halflight_scenes::{Camera, Scene};
 
@@ -36,8 +36,9 @@ pub struct TruthSource<'a> {
 pub struct Traced {
     /// The images.
     pub truth: Truth,
-    /// Relative error that was reached, over blocks of the request's `error_block`: [`Truth::rel_error`].
-    pub rel_error: f64,
+    /// Relative error that was reached, over blocks of the request's `error_block`: [`Truth::rel_error`]. `None`
+    /// if too few samples found light to tell.
+    pub rel_error: Option<f64>,
     /// Hash of the scene, the request and the shader.
     pub inputs: Key,
     /// Samples a pixel that came from the cache.
@@ -78,8 +79,8 @@ impl<'a> TruthSource<'a> {
         let cached_samples = stored.as_ref().map_or(0, State::samples);
         if let Some(state) = &stored {
             let truth = state.truth(request);
-            let rel_error = truth.rel_error(stop.error_block);
-            let precise = stop.rel_error.is_some_and(|target| rel_error <= target.into());
+            let rel_error = self.rel_error(&truth, stop);
+            let precise = stop.rel_error.zip(rel_error).is_some_and(|(target, reached)| reached <= target.into());
             if cached_samples >= stop.samples_per_pixel || precise && cached_samples > 1 || !request.is_random() {
                 return Ok(Traced { truth, rel_error, inputs, cached_samples, traced: (0, Duration::ZERO), warnings });
             }
@@ -118,7 +119,11 @@ impl<'a> TruthSource<'a> {
         save(&state);
         let truth = state.truth(request);
         let traced = (truth.rays - before, start.elapsed());
-        Ok(Traced { rel_error: truth.rel_error(stop.error_block), truth, inputs, cached_samples, traced, warnings })
+        Ok(Traced { rel_error: self.rel_error(&truth, stop), truth, inputs, cached_samples, traced, warnings })
+    }
+
+    fn rel_error(&self, truth: &Truth, stop: Stop) -> Option<f64> {
+        if is_lit(self.scene) { truth.rel_error(stop.error_block) } else { Some(0.0) }
     }
 
     fn tracer(&self) -> Result<&Tracer, TruthError> {

@@ -97,13 +97,16 @@ pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
         Stop { samples_per_pixel: args.samples_per_pixel.unwrap_or(most), rel_error: args.rel_error, error_block: 8 };
     let traced = reference::trace(&native, &scene, &request, stop)?;
     print_warnings(&traced.warnings);
+    if traced.rel_error.is_none() {
+        print_warnings(&[reference::unknown_error(&scene.name, traced.truth.samples)]);
+    }
     let mut image = reference::image(&traced.truth);
     let facts = [
         ("command", args.invocation().to_string()),
         ("scene", scene.name.clone()),
         ("scene_hash", scene_hash(&scene).to_string()),
         ("samples_per_pixel", traced.truth.samples.to_string()),
-        ("rel_error_8x8", traced.rel_error.to_string()),
+        ("rel_error_8x8", traced.rel_error.map_or("unknown".into(), |error| error.to_string())),
         ("bounces", args.bounces.to_string()),
         ("seed", args.seed.to_string()),
         ("inputs", traced.inputs.to_string()),

@@ -13,7 +13,7 @@ use crate::{Error, measurement::Timing};
 pub(super) struct OcclusionReference {
     pub(super) radius: f32,
     pub(super) mean: Vec<f32>,
-    pub(super) rel_error: f64,
+    pub(super) rel_error: Option<f64>,
 }
 
 impl OcclusionReference {

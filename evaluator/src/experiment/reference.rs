@@ -24,22 +24,33 @@ pub fn trace(native: &NativeGpu, scene: &Scene, request: &Request, stop: Stop) -
         })
         .map_err(|e| Error::BadInput(e.to_string()))?;
     let (rays, time) = traced.traced;
+    let reached = traced.rel_error.map_or("relative error unknown".into(), |error| format!("relative error {}", significant(error)));
     progress.finish(&if rays > 0 {
         let rate = rays as f64 / time.as_secs_f64().max(1e-9) / 1e6;
         format!(
-            "reference of {}: {} samples a pixel in {:.0} s, {rate:.2} million rays a second, relative error {:.3}",
+            "reference of {}: {} samples a pixel in {:.0} s, {rate:.2} million rays a second, {reached}",
             scene.name,
             traced.truth.samples,
             time.as_secs_f64(),
-            traced.rel_error
         )
     } else {
-        format!(
-            "reference of {}: {} samples a pixel from the cache, relative error {:.3}",
-            scene.name, traced.truth.samples, traced.rel_error
-        )
+        format!("reference of {}: {} samples a pixel from the cache, {reached}", scene.name, traced.truth.samples)
     });
     Ok(traced)
+}
+
+/// Two significant digits: a small error is never shown as 0.
+fn significant(error: f64) -> String {
+    let digits = if error > 0.0 { (1.0 - error.log10().floor()).clamp(0.0, 9.0) as usize } else { 0 };
+    format!("{error:.digits$}")
+}
+
+/// What to tell about a reference whose error is unknown.
+pub fn unknown_error(scene: &str, samples: u32) -> String {
+    format!(
+        "the reference of {scene}: after {samples} samples a pixel too little light was found to tell its error; give it \
+         more samples, or check that light reaches what the camera sees"
+    )
 }
 
 /// `direct + transmitted + albedo * indirect + glossy` of the reference, for its bounces.

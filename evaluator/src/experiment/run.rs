@@ -146,7 +146,15 @@ fn file_label(scenes: &[(&Path, Scene)], index: usize) -> String {
 /// A warning where the reference stopped at its number of samples, before it was as precise as asked.
 fn noisy_reference(row: &Measurement, asked: f32) -> Option<String> {
     let Measurement { scene, width, height, .. } = row;
-    let reached = row.errors.get(MetricId::TruthRelError).filter(|&reached| reached > f64::from(asked) * 1.05)?;
+    let Some(reached) = row.errors.get(MetricId::TruthRelError) else {
+        return Some(format!(
+            "the reference of {scene} at {width}x{height} found too little light to tell its error: raise truth_samples, \
+             or check that light reaches what the camera sees"
+        ));
+    };
+    if reached <= f64::from(asked) * 1.05 {
+        return None;
+    }
     Some(format!(
         "the reference of {scene} at {width}x{height} reached a relative error of {reached:.3} over 8x8 blocks, not the \
          {asked} asked for: raise truth_samples"

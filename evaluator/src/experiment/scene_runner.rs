@@ -77,7 +77,7 @@ pub(super) struct SceneRunner<'a> {
 struct Prepared<'a> {
     session: Session<'a>,
     reference: Truth,
-    rel_error: f64,
+    rel_error: Option<f64>,
     final_image: Vec<Rgb>,
     /// `albedo * indirect`.
     indirect: Vec<Rgb>,
@@ -427,7 +427,7 @@ fn occlusion_alone(
     ]);
     let mut errors = Values::default();
     errors.measure_occlusion(&LinearPair::new(open, &reference, Some(mask)));
-    errors.set(MetricId::TruthRelError, Some(occlusion.rel_error));
+    errors.set(MetricId::TruthRelError, occlusion.rel_error);
     Ok((errors, images))
 }
 
@@ -462,7 +462,7 @@ fn light(
         display: [&display[0], &display[1]],
         mask: Some(mask),
     });
-    errors.set(MetricId::TruthRelError, Some(*rel_error));
+    errors.set(MetricId::TruthRelError, *rel_error);
     if let (Some(open), Some(occlusion)) = (&shown.open, occlusion) {
         errors.measure_occlusion(&LinearPair::new(open, &occlusion.image(), Some(mask)));
     }

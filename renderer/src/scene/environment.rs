@@ -5,7 +5,8 @@ use halflight_scenes::Environment;
 /// Largest width of the environment map for techniques. A wider one is averaged over squares.
 const LOOK_UP_WIDTH: u32 = 64;
 
-/// Twin of the layout in `common/environment.wgsl`: sizes, nine coefficients of irradiance, the map, and a small copy.
+/// Twin of the layout in `common/environment.wgsl`: sizes, nine coefficients of irradiance, the map with the cumulative
+/// shares of each row, a small copy, and the cumulative shares of the rows.
 pub(super) fn environment_words(environment: &Environment) -> Vec<[f32; 4]> {
     let Environment { width, height, texels, .. } = environment;
     let (w, h) = (*width, *height);
@@ -13,7 +14,8 @@ pub(super) fn environment_words(environment: &Environment) -> Vec<[f32; 4]> {
     let small = [w.div_ceil(factor), h.div_ceil(factor)];
     let mut words = vec![[w, h, small[0], small[1]].map(|v| v as f32)];
     words.extend(irradiance_coefficients(environment).map(|[r, g, b]| [r, g, b, 0.0]));
-    words.extend(texels.iter().map(|&[r, g, b]| [r, g, b, 0.0]));
+    let shares = LightShares::of(environment);
+    words.extend(texels.iter().zip(&shares.in_row).map(|(&[r, g, b], &share)| [r, g, b, share]));
     for y in 0..small[1] {
         for x in 0..small[0] {
             let mut sum = [0.0f64; 3];
@@ -29,7 +31,48 @@ pub(super) fn environment_words(environment: &Environment) -> Vec<[f32; 4]> {
             words.push([r, g, b, 0.0]);
         }
     }
+    words.extend(shares.of_rows.iter().map(|&share| [share, 0.0, 0.0, 0.0]));
     words
+}
+
+/// Cumulative shares of the sky's light, by which the path tracer draws directions.
+struct LightShares {
+    /// For each texel, the share of its row up to and including it. Texels of a row have equal solid angles.
+    in_row: Vec<f32>,
+    /// For each row, the share of all light up to and including it.
+    of_rows: Vec<f32>,
+}
+
+impl LightShares {
+    fn of(environment: &Environment) -> Self {
+        let &Environment { width, height, ref texels, .. } = environment;
+        let mut rows = Vec::with_capacity(height as usize);
+        let mut in_row = Vec::with_capacity(texels.len());
+        for (y, row) in texels.chunks_exact(width as usize).enumerate() {
+            let light = cumulative(row.iter().map(|texel| f64::from(texel.iter().sum::<f32>())));
+            let solid_angle = (std::f64::consts::PI * (y as f64 + 0.5) / f64::from(height)).sin();
+            rows.push(light.last().copied().unwrap_or(0.0) * solid_angle);
+            in_row.extend(shares(&light));
+        }
+        Self { in_row, of_rows: shares(&cumulative(rows)).collect() }
+    }
+}
+
+fn cumulative(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let sums = values.into_iter().scan(0.0, |sum, value| {
+        *sum += value;
+        Some(*sum)
+    });
+    sums.collect()
+}
+
+/// Cumulative sums as shares of the last one. The last share is 1, also where there is no light.
+fn shares(sums: &[f64]) -> impl Iterator<Item = f32> {
+    let total = sums.last().copied().unwrap_or(0.0);
+    let last = sums.len() - 1;
+    sums.iter().enumerate().map(move |(index, &sum)| {
+        if index == last || total <= 0.0 { 1.0 } else { (sum / total) as f32 }
+    })
 }
 
 /// Irradiance over pi as a polynomial of the normal (Ramamoorthi & Hanrahan 2001, Equation 13): factors of

@@ -26,6 +26,9 @@ pub(super) struct Bvh {
     pub(super) attributes: Vec<[u32; 4]>,
     /// Whether any triangle is alpha-masked.
     pub(super) has_holes: bool,
+    /// Slot of each triangle of the scene, in the order of its indices; `None` for a triangle without an area. A triangle
+    /// in several leaves has several slots, of which this is one.
+    pub(super) slots: Vec<Option<u32>>,
 }
 
 impl Bvh {
@@ -48,9 +51,11 @@ impl Bvh {
             triangles: Vec::with_capacity(3 * wide.primitive_indices.len()),
             attributes: Vec::with_capacity(4 * wide.primitive_indices.len()),
             has_holes: false,
+            slots: vec![None; scene.triangle_count()],
         };
-        for &index in &wide.primitive_indices {
-            let (triangle, Source { mesh, corners }) = (triangles[index as usize], sources[index as usize]);
+        for (slot, &index) in wide.primitive_indices.iter().enumerate() {
+            let (triangle, Source { mesh, number, corners }) = (triangles[index as usize], sources[index as usize]);
+            bvh.slots[number as usize] = Some(slot as u32);
             let mask = scene.materials.get(mesh.material).and_then(|m| m.alpha_texture).map(|texture| masks[texture]);
             let [start, size] = mask.unwrap_or([0; 2]);
             bvh.has_holes |= mask.is_some();
@@ -73,6 +78,8 @@ impl Bvh {
 #[derive(Clone, Copy)]
 struct Source<'a> {
     mesh: &'a Mesh,
+    /// Number of the triangle in the scene.
+    number: u32,
     corners: [u32; 3],
 }
 
@@ -81,10 +88,11 @@ fn triangles(scene: &Scene) -> (Vec<Triangle>, Vec<Source<'_>>) {
     let all = scene.meshes.iter().flat_map(|mesh| {
         mesh.indices.as_chunks::<3>().0.iter().map(move |&corners| {
             let [v0, v1, v2] = corners.map(|i| Vec3A::from(mesh.positions[i as usize]));
-            (Triangle { v0, v1, v2 }, Source { mesh, corners })
+            (Triangle { v0, v1, v2 }, mesh, corners)
         })
     });
-    all.filter(|(t, _)| {
+    let numbered = (0..).zip(all).map(|(number, (triangle, mesh, corners))| (triangle, Source { mesh, number, corners }));
+    numbered.filter(|(t, _)| {
         let (edge_1, edge_2) = (t.v1 - t.v0, t.v2 - t.v0);
         let size = edge_1.abs().max(edge_2.abs()).max_element();
         t.v0.is_finite() && (edge_1 / size).cross(edge_2 / size).length_squared() > 0.0

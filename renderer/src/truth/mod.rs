@@ -7,8 +7,9 @@
 //! [`State`], which converts to a [`Truth`] and can restart the trace later.
 //!
 //! Surfaces are two-sided Lambert reflectors. Their interpolated shading normals face the incoming ray. Alpha-masked
-//! parts with an alpha below 0.5 are absent. All delta lights are sampled at each vertex (next-event estimation).
-//! Emission counts on every hit, on both sides. Paths of a weight below 0.1 end by Russian roulette, which is unbiased.
+//! parts with an alpha below 0.5 are absent. At each vertex all delta lights are sampled, and one point on an emitter or,
+//! if it is uneven, on the sky (next-event estimation). The ray that continues the path may find the same light; the
+//! balance heuristic weights both (Veach 1997, Section 9.2.2). Emitters send light from both sides. Paths of a weight below 0.1 end by Russian roulette, which is unbiased.
 //! Rays that leave the scene see the environment: it counts as light of that bounce, and as seen on the screen. The sky
 //! is part of `direct`. `receive_only` materials receive light and send none to other surfaces. Mirror lobes (Ks, Ns)
 //! count in `glossy` only, at the surface that the eye sees.
@@ -17,14 +18,15 @@ use halflight_shared_shaders::truth::path_trace;
 
 mod bvh;
 mod request;
+mod sources;
 mod state;
 mod trace;
 mod tracer;
 
 pub use request::{Request, Stop};
-pub use state::{Estimate, State, Truth};
+pub use state::{Estimate, FEWEST_FINDINGS, State, Truth};
 pub use trace::{Progress, Reading, Trace};
-pub use tracer::Tracer;
+pub use tracer::{Tracer, is_lit};
 
 /// Why a reference cannot be traced: one sentence with the fix.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -144,6 +144,8 @@ impl Layout {
             occlusion: place(self.occlusion),
             bounces,
             environment: false,
+            draw_emitters: false,
+            draw_sky: false,
             translucent: false,
             holes: false,
         }

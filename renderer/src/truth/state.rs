@@ -73,6 +73,11 @@ pub struct Truth {
     pub ambient_occlusion: Option<Estimate<f32>>,
 }
 
+/// Samples that must have found light, all pixels together, before the error of an image is known: their effective
+/// number (Kish 1965), so that a few bright ones do not hide that the rest is missing. The relative error of an error
+/// that comes from 64 findings is about an eighth.
+pub const FEWEST_FINDINGS: f64 = 64.0;
+
 const MAGIC: [u8; 8] = *b"HLTRUTH2";
 
 impl State {
@@ -172,9 +177,11 @@ impl Truth {
     /// The relative error: the root mean square, over pixels with a surface and over channels, of the standard error of
     /// `albedo * indirect`, divided by the image's mean. With `block > 1` the image is first averaged over blocks of
     /// `block * block` pixels, whose errors are independent. Without indirect light it is that of `albedo * bounce1`,
-    /// `albedo * on_screen`, `glossy` or the ambient visibility, whichever comes first. It is 0 if nothing is random or
-    /// all is black.
-    pub fn rel_error(&self, block: u32) -> f64 {
+    /// `albedo * on_screen`, `glossy` or the ambient visibility, whichever comes first. It is 0 if nothing is random.
+    ///
+    /// `None` if too few samples found light ([`FEWEST_FINDINGS`]): the image may then miss most of the light, and its
+    /// standard error with it.
+    pub fn rel_error(&self, block: u32) -> Option<f64> {
         let light = self.indirect.as_ref().or(self.bounce1.as_ref()).or(self.on_screen.as_ref());
         let pixel = |index: usize| -> ([f64; 3], [f64; 3]) {
             match (light, &self.glossy, &self.ambient_occlusion) {
@@ -196,6 +203,9 @@ impl Truth {
         let [width, height] = self.size.map(|v| v as usize);
         let block = block.max(1) as usize;
         let (mut mean, mut square, mut blocks) = (0.0, 0.0, 0.0);
+        // Sums of the samples of all pixels, and of their squares, each over the number of samples.
+        let (mut first, mut second) = (0.0, 0.0);
+        let more = f64::from(self.samples.max(1) - 1);
         for y in (0..height).step_by(block) {
             for x in (0..width).step_by(block) {
                 let inside =
@@ -204,16 +214,23 @@ impl Truth {
                 for index in inside.filter(|&index| self.depth[index] > 0.0) {
                     let (value, error) = pixel(index);
                     sum += value.iter().sum::<f64>() / 3.0;
-                    variance += error.iter().map(|e| e * e).sum::<f64>() / 3.0;
+                    let of_pixel = error.iter().map(|e| e * e).sum::<f64>() / 3.0;
+                    variance += of_pixel;
+                    second += of_pixel * more + value.iter().map(|v| v * v).sum::<f64>() / 3.0;
                     count += 1.0;
                 }
                 if count > 0.0 {
+                    first += sum;
                     mean += sum / count;
                     square += variance / (count * count);
                     blocks += 1.0;
                 }
             }
         }
-        if mean > 0.0 { (square / blocks).sqrt() / (mean / blocks) } else { 0.0 }
+        let relative = if mean > 0.0 { (square / blocks).sqrt() / (mean / blocks) } else { 0.0 };
+        // Kish's effective number: that of equal samples with the same ratio of sum and squares.
+        let findings = if second > 0.0 { f64::from(self.samples) * first * first / second } else { 0.0 };
+        let is_light = light.is_some() || self.glossy.is_some();
+        (!is_light || findings >= FEWEST_FINDINGS).then_some(relative)
     }
 }

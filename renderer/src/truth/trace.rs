@@ -51,6 +51,8 @@ pub struct Trace {
     /// Samples at which the error is estimated next.
     next_check: u32,
     rel_error: Option<f64>,
+    /// Whether the scene has any light.
+    lit: bool,
 }
 
 struct Stage {
@@ -66,7 +68,7 @@ pub struct Progress {
     pub samples: u32,
     /// Expected number of samples per pixel: the limit, or fewer if the error is reached earlier.
     pub expected_samples: u32,
-    /// The last estimate of the relative error.
+    /// The last estimate of the relative error; `None` while it is unknown.
     pub rel_error: Option<f64>,
     /// Progress towards `expected_samples`, 0..1.
     pub fraction: f32,
@@ -115,6 +117,8 @@ impl Trace {
             holes: tracer.has_holes,
             translucent: tracer.has_translucency,
             environment: tracer.has_environment,
+            draw_emitters: tracer.emitter_count > 0,
+            draw_sky: tracer.draws_sky,
             ..layout.constants(request.path_bounces())
         };
         let view = request.camera.view_matrix();
@@ -135,6 +139,8 @@ impl Trace {
             scene_radius: tracer.scene_radius,
             radiance_scale: tracer.radiance_scale,
             occlusion_radius: radius,
+            emitter_count: tracer.emitter_count,
+            emitter_density: tracer.emitter_density,
         };
         let call = Call::from(PathTrace {
             nodes: wgpu::BindingResource::TextureView(&tracer.nodes),
@@ -144,6 +150,7 @@ impl Trace {
             texels: tracer.texels.as_entire_binding(),
             lights: tracer.lights.as_entire_binding(),
             environment: tracer.environment.as_entire_binding(),
+            emitters: tracer.emitters.as_entire_binding(),
             surfaces: surfaces.as_entire_binding(),
             sums: sums.as_entire_binding(),
             params,
@@ -168,6 +175,7 @@ impl Trace {
             batch: FIRST_BATCH,
             next_check: 0,
             rel_error: None,
+            lit: tracer.lit,
         };
         trace.plan_check();
         Ok(trace)
@@ -261,7 +269,7 @@ impl Trace {
         let limit = self.stop.samples_per_pixel;
         self.next_check = match (self.stop.rel_error, self.rel_error) {
             (None, _) => limit,
-            (Some(_), None) => limit.min(self.samples.max(FIRST_CHECK)),
+            (Some(_), None) => limit.min((self.samples * 2).max(FIRST_CHECK)),
             // A first estimate is not reliable enough for a large step.
             (Some(_), Some(_)) => self.expected_samples().clamp(self.samples + 1, (self.samples * 8).max(1)).min(limit),
         };
@@ -280,7 +288,7 @@ impl Trace {
     pub fn judge(&mut self, state: &State) -> Truth {
         let truth = state.truth(&self.request);
         if self.stop.rel_error.is_some() && state.samples == self.samples && self.samples > 1 {
-            self.rel_error = Some(truth.rel_error(self.stop.error_block));
+            self.rel_error = if self.lit { truth.rel_error(self.stop.error_block) } else { Some(0.0) };
         }
         self.plan_check();
         truth

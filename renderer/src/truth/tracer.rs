@@ -3,7 +3,11 @@
 use halflight_scenes::{Light, Scene};
 use wgpu::util::DeviceExt;
 
-use super::{Request, Stop, Trace, TruthError, bvh::Bvh};
+use super::{
+    Request, Stop, Trace, TruthError,
+    bvh::Bvh,
+    sources::{Emitters, is_uneven},
+};
 use crate::scene::SceneBuffers;
 use halflight_frame_graph::Gpu;
 
@@ -21,6 +25,15 @@ pub struct Tracer {
     /// A black texel if the scene has no environment.
     pub(super) environment: wgpu::Buffer,
     pub(super) has_environment: bool,
+    /// Whether directions are drawn from the sky.
+    pub(super) draws_sky: bool,
+    /// Whether the scene has any light.
+    pub(super) lit: bool,
+    /// Table of emitting triangles; one unused entry if there are none.
+    pub(super) emitters: wgpu::Buffer,
+    pub(super) emitter_count: u32,
+    /// Density over area at which points on an emission of 1 are drawn.
+    pub(super) emitter_density: f32,
     /// Whether some material is translucent.
     pub(super) has_translucency: bool,
     pub(super) light_count: u32,
@@ -39,7 +52,17 @@ impl Tracer {
     /// If the BVH is too deep or too large for the device.
     pub fn new(gpu: &Gpu, scene: &Scene, buffers: &SceneBuffers) -> Result<Self, TruthError> {
         let bvh = Bvh::build(scene)?;
+        let scene_radius = scene.bounds().map_or(0.0, |(low, high)| (high - low).length() / 2.0);
+        let radiance_scale = radiance_scale(scene);
+        let emitters = Emitters::of(scene, &bvh, scene_radius, radiance_scale);
+        let emitter_count = emitters.table.len() as u32;
+        let table = if emitters.table.is_empty() { &[[0; 2]][..] } else { &emitters.table };
         Ok(Self {
+            lit: is_lit(scene),
+            draws_sky: scene.environment.as_ref().is_some_and(is_uneven),
+            emitters: gpu.filled_buffer("truth.emitters", bytemuck::cast_slice(table), wgpu::BufferUsages::STORAGE),
+            emitter_count,
+            emitter_density: emitters.density,
             has_holes: bvh.has_holes,
             nodes: upload(gpu, "truth.nodes", bvh.nodes)?,
             triangles: upload(gpu, "truth.triangles", bvh.triangles)?,
@@ -58,8 +81,8 @@ impl Tracer {
             has_environment: buffers.environment.is_some(),
             has_translucency: scene.materials.iter().any(|material| material.translucency != [0.0; 3]),
             light_count: buffers.light_count,
-            scene_radius: scene.bounds().map_or(0.0, |(low, high)| (high - low).length() / 2.0),
-            radiance_scale: radiance_scale(scene),
+            scene_radius,
+            radiance_scale,
         })
     }
 
@@ -96,14 +119,24 @@ fn upload(gpu: &Gpu, label: &str, mut texels: Vec<[u32; 4]>) -> Result<wgpu::Tex
     Ok(texture.create_view(&Default::default()))
 }
 
+/// Whether the scene has any light. Without, every image is black and exact.
+pub fn is_lit(scene: &Scene) -> bool {
+    brightest(scene) > 0.0
+}
+
 fn radiance_scale(scene: &Scene) -> f32 {
+    let brightest = brightest(scene);
+    // Beyond 2^±100 the power itself would leave float32's range.
+    if brightest > 0.0 { (-brightest.log2().floor().clamp(-100.0, 100.0)).exp2() } else { 1.0 }
+}
+
+/// The largest finite intensity, irradiance or radiance of any source.
+fn brightest(scene: &Scene) -> f32 {
     let lights = scene.lights.iter().flat_map(|light| match *light {
         Light::Directional { irradiance, .. } => irradiance,
         Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity,
     });
     let emitters = scene.materials.iter().flat_map(|material| material.emission);
     let sky = scene.environment.iter().flat_map(|environment| environment.texels.iter().copied().flatten());
-    let brightest = lights.chain(emitters).chain(sky).filter(|v| v.is_finite()).fold(0.0, f32::max);
-    // Beyond 2^±100 the power itself would leave float32's range.
-    if brightest > 0.0 { (-brightest.log2().floor().clamp(-100.0, 100.0)).exp2() } else { 1.0 }
+    lights.chain(emitters).chain(sky).filter(|v| v.is_finite()).fold(0.0, f32::max)
 }

@@ -2,7 +2,10 @@
 //
 //   0         sizes: map, small map
 //   1..9      irradiance over pi as a polynomial of the normal (Ramamoorthi & Hanrahan 2001)
-//   MAP..     the map, rows from the top; then the small map, which averages squares of it
+//   MAP..     the map, rows from the top. The fourth number of a texel is the cumulative share of its row's light, up to
+//             and including it, weighted by solid angle; 1 for the last one
+//   then      the small map, which averages squares of it
+//   then      for each row of the map, the cumulative share of all light, up to and including it
 //
 // WGSL cannot pass a buffer to a function, so these functions return indices into it. Directions are in world space.
 import package::common::math::PI;
@@ -21,6 +24,11 @@ fn latlong(direction: vec3f, size: vec2f) -> u32 {
 /// First texel of the small map.
 fn small_map(sizes: vec4f) -> u32 {
     return MAP + u32(sizes.x) * u32(sizes.y);
+}
+
+/// First row of the cumulative shares of light.
+fn sky_rows(sizes: vec4f) -> u32 {
+    return small_map(sizes) + u32(sizes.z) * u32(sizes.w);
 }
 
 /// Basis function of coefficient `i` for a surface with this unit normal.

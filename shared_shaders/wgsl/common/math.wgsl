@@ -73,10 +73,15 @@ fn pcg3d(value: vec3u) -> vec3u {
     return v;
 }
 
-/// The only source of random numbers: three numbers, uniform in [0, 1), from a hash of pixel, frame, stream (see
-/// common/streams.wgsl) and seed.
+/// The only source of random numbers: three random words from a hash of pixel, frame, stream (see common/streams.wgsl)
+/// and seed.
+fn random_words(pixel: vec2u, frame: u32, stream: u32, seed: u32) -> vec3u {
+    return pcg3d(vec3u(pixel.x | (pixel.y << 16u), frame, stream ^ (seed * 0x9E3779B9u)));
+}
+
+/// Three random numbers, uniform in [0, 1): see `random_words`.
 fn random3(pixel: vec2u, frame: u32, stream: u32, seed: u32) -> vec3f {
-    let word = pcg3d(vec3u(pixel.x | (pixel.y << 16u), frame, stream ^ (seed * 0x9E3779B9u)));
+    let word = random_words(pixel, frame, stream, seed);
     // 24 bits fill the mantissa of a float32 exactly, so 1.0 is never reached.
     return vec3f(word >> vec3u(8u)) * 5.9604644775390625e-8;
 }

@@ -4,11 +4,13 @@
 // Streams of techniques that never run in one plan may overlap. These ranges do:
 //   2048, 2049: the slice-based techniques, and the choice of virtual point lights of the hybrid technique
 //   5120 and up: the lights of the hierarchical technique, and the far pattern of the hybrid technique
-// The path tracer runs alone: its streams 0 to 64 overlap those of the hierarchical gather.
+// The path tracer runs alone: its streams 0 to 128 overlap those of the hierarchical gather.
 
 // Path tracer: one stream a bounce, 0 to 63. Stream 0 also serves a trace of ambient occlusion alone.
 /// Path tracer, mirror lobe of glossy surfaces: 1 stream.
 const PATH_GLOSSY_STREAM: u32 = 64u;
+/// Path tracer, points on emitters and the sky: one stream a bounce, from here.
+const PATH_LIGHT_STREAM: u32 = 65u;
 
 // Hierarchical gather: one stream for each level of each bounce, from 0 (`params.level`), below 1024.
 /// Hierarchical gather, choice of the sample that is tested for visibility: as many streams as the gather, from here.

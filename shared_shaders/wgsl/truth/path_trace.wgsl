@@ -1,50 +1,24 @@
 // Progressive path tracing. `primary` traces the pixel centres once. Every dispatch of `paths` then adds samples to the
 // sums of a range of 8 x 8 blocks of pixels.
 //
-// Radiance here is multiplied by params.radiance_scale, a power of two that scales the brightest source to about 1, so
-// that its square neither overflows nor vanishes. The Rust twin is renderer/src/truth/.
-import package::common::math::{PI, octahedral_encode, octahedral_decode, random3};
-import package::common::scene::{Material, Light, NO_TEXTURE, light_incidence};
-import package::common::texture_pool::{texture_footprint, filter_footprint};
-import package::common::environment::{MAP, latlong};
+// At each vertex of a path, light comes from one ray drawn from the cosine and, where the scene has emitters or an uneven
+// sky, from one point drawn from those (next-event estimation). The balance heuristic weights the two (Veach 1997,
+// Section 9.2.2), so that neither small lamps nor large ones near a surface are noisy.
+import package::common::math::{PI, octahedral_encode, octahedral_decode, random3, random_words};
+import package::common::scene::{Light, light_incidence};
 import package::common::view::view_position;
-import package::common::streams::PATH_GLOSSY_STREAM;
-import package::truth::traversal::{
-    FAR, Ray, Hit, texels, triangles, texel_coordinates, traverse, cross_triangle, attributes_at,
-};
+import package::common::streams::{PATH_GLOSSY_STREAM, PATH_LIGHT_STREAM};
+import package::truth::params::params;
+import package::truth::traversal::{FAR, Ray, Hit, traverse};
+import package::truth::surface::{Surface, materials, surface_at, unit_or, offset_length, ray_from};
+import package::truth::sources::{draw_source, emitter_density, sky_radiance, sky_density};
 
-struct Params {
-    world_to_view: mat4x4f,
-    view_to_world: mat4x4f,
-    tan_half_fov: vec2f,
-    width: u32,
-    height: u32,
-    // First 8 x 8 block of the dispatch and number of blocks, row by row.
-    first_block: u32,
-    block_count: u32,
-    // First sample of the dispatch and number of samples.
-    first_sample: u32,
-    sample_count: u32,
-    seed: u32,
-    light_count: u32,
-    // Half the diagonal of the scene's bounding box.
-    scene_radius: f32,
-    radiance_scale: f32,
-    // Range of the ambient occlusion; FAR for unlimited.
-    occlusion_radius: f32,
-}
-
-@group(0) @binding(0) var<uniform> params: Params;
-// Bindings 1 to 4 belong to package::truth::traversal.
-@group(0) @binding(5) var<storage, read> materials: array<Material>;
+// Binding 0 belongs to package::truth::params, 1 to 4 to traversal, 5 to surface, 9 and 10 to sources.
 @group(0) @binding(6) var<storage, read> lights: array<Light>;
 // Primary hits, one per pixel.
 @group(0) @binding(7) var<storage, read_write> surfaces: array<PrimarySurface>;
 // SUM_WORDS words per pixel: the number of traced rays (a bit pattern), then the sums at the offsets below.
 @group(0) @binding(8) var<storage, read_write> sums: array<f32>;
-
-// Layout as in `common/environment.wgsl`.
-@group(0) @binding(9) var<storage, read> environment: array<vec4f>;
 
 /// Offset of an output's sums in a pixel's words, 0 if it is not requested. An output has a sum of three channels and a
 /// sum of their squares; ambient visibility has the count of open rays.
@@ -58,18 +32,17 @@ override GLOSSY: u32;
 override BOUNCES: u32;
 /// Whether the scene has an environment.
 override ENVIRONMENT: bool;
+/// Whether points on emitters are drawn.
+override DRAW_EMITTERS: bool;
+/// Whether directions to the sky are drawn. An even sky is left to the rays drawn from the cosine.
+override DRAW_SKY: bool;
 /// Whether some material is translucent.
 override TRANSLUCENT: bool;
 /// Whether any triangle is alpha-masked.
 override HOLES: bool;
 
-/// Offset of a ray from its surface, relative to the larger of |position| and the scene's radius: 64 rounding steps of
-/// float32.
-const OFFSET: f32 = 7.62939453125e-6;
 /// Paths of lower weight may end early. Russian roulette compensates.
 const ROULETTE_WEIGHT: f32 = 0.1;
-/// Bit of a triangle's material for receive-only surfaces. Twin of renderer/src/truth/bvh.rs.
-const RECEIVE_ONLY: u32 = 0x80000000u;
 
 /// The surface at the centre of a pixel.
 struct PrimarySurface {
@@ -89,32 +62,12 @@ struct PrimarySurface {
     unused: u32,
 }
 
-/// A point on a surface. Its normals face the ray that found it.
-struct Surface {
-    position: vec3f,
-    // Shading normal.
-    normal: vec3f,
-    geometric_normal: vec3f,
-    albedo: vec3f,
-    emission: vec3f,
-    material: u32,
-    // Whether it sends light to other surfaces.
-    sends: bool,
-}
-
-fn sample_texture(start: u32, uv: vec2f) -> vec4f {
-    let size = vec2u(texels[start], texels[start + 1u]);
-    let at = texture_footprint(start, size, uv);
-    let words = vec4u(texels[at.indices.x], texels[at.indices.y], texels[at.indices.z], texels[at.indices.w]);
-    return filter_footprint(words, at.weights);
-}
-
-/// Radiance of the environment.
+/// Radiance of the sky, black without an environment.
 fn sky(direction: vec3f) -> vec3f {
     if !ENVIRONMENT {
         return vec3f(0.0);
     }
-    return environment[MAP + latlong(direction, environment[0].xy)].rgb * params.radiance_scale;
+    return sky_radiance(direction);
 }
 
 fn trace(ray: Ray, reach: f32, any: bool) -> Hit {
@@ -125,54 +78,13 @@ fn is_open(ray: Ray, reach: f32) -> bool {
     return trace(ray, reach, true).distance == FAR;
 }
 
-/// The unit vector, or `fallback` for a vector without a direction.
-fn unit_or(v: vec3f, fallback: vec3f) -> vec3f {
-    let square = dot(v, v);
-    return select(fallback, v * inverseSqrt(square), square > 1e-30 && square < 1e30);
-}
-
-fn surface_at(hit: Hit, ray: Ray) -> Surface {
-    let corner = bitcast<vec3f>(textureLoad(triangles, texel_coordinates(hit.slot * 3u)).xyz);
-    let edge_1 = bitcast<vec3f>(textureLoad(triangles, texel_coordinates(hit.slot * 3u + 1u)).xyz);
-    let edge_2 = bitcast<vec3f>(textureLoad(triangles, texel_coordinates(hit.slot * 3u + 2u)).xyz);
-    let weights = cross_triangle(hit.slot, ray).weights;
-    let on_it = attributes_at(hit.slot, weights);
-    // Edges are scaled by their length, because the cross product of tiny ones would vanish.
-    let size = max(max(abs(edge_1.x), abs(edge_1.y)), max(abs(edge_1.z), 1e-30));
-    var geometric = unit_or(cross(edge_1 / size, edge_2 / size), -normalize(ray.direction));
-    geometric = select(geometric, -geometric, dot(geometric, ray.direction) > 0.0);
-    var normal = unit_or(on_it.normal, geometric);
-    normal = select(normal, -normal, dot(normal, ray.direction) > 0.0);
-    let index = on_it.material & ~RECEIVE_ONLY;
-    let material = materials[index];
-    var albedo = material.albedo;
-    if material.albedo_texture != NO_TEXTURE {
-        albedo *= sample_texture(material.albedo_texture, on_it.uv).rgb;
-    }
-    return Surface(
-        corner + edge_1 * weights.x + edge_2 * weights.y,
-        normal,
-        geometric,
-        saturate(albedo),
-        material.emission * params.radiance_scale,
-        index,
-        (on_it.material & RECEIVE_ONLY) == 0u,
-    );
-}
-
-fn offset_length(position: vec3f) -> f32 {
-    let a = abs(position);
-    return OFFSET * max(max(max(a.x, a.y), max(a.z, params.scene_radius)), 1e-30);
-}
-
-/// A ray from a surface, offset to the side that it leads to.
-fn ray_from(position: vec3f, geometric_normal: vec3f, direction: vec3f) -> Ray {
-    let offset = offset_length(position);
-    return Ray(position + geometric_normal * select(-offset, offset, dot(geometric_normal, direction) >= 0.0), direction);
-}
-
 /// Radiance that leaves the surface after direct lighting, plus emission: the output `direct`.
 fn direct_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
+    return surface.emission + reflected_radiance(surface, rays);
+}
+
+/// Radiance of punctual lights that the surface reflects.
+fn reflected_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
     var irradiance = vec3f(0.0);
     for (var i = 0u; i < params.light_count; i++) {
         let light = light_incidence(lights[i], surface.position);
@@ -186,7 +98,7 @@ fn direct_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
             irradiance += light.irradiance * cosine;
         }
     }
-    return surface.emission + surface.albedo / PI * (irradiance * params.radiance_scale);
+    return surface.albedo / PI * (irradiance * params.radiance_scale);
 }
 
 /// Radiance that leaves a translucent surface from the light on its far side. Light travels straight from the entry
@@ -308,6 +220,64 @@ struct Sample {
     open: f32,
 }
 
+/// Share of a source's points among all points that are drawn at a vertex.
+fn source_share() -> f32 {
+    return select(1.0, 0.5, DRAW_EMITTERS && DRAW_SKY);
+}
+
+/// Irradiance over pi of one point drawn on a source, weighted against rays drawn from the cosine. `on_screen` is the
+/// part whose source the eye sees, or the sky.
+struct Drawn {
+    light: vec3f,
+    on_screen: vec3f,
+}
+
+fn draw_light(
+    position: vec3f,
+    normal: vec3f,
+    geometric: vec3f,
+    random: vec3u,
+    first: bool,
+    rays: ptr<function, u32>,
+) -> Drawn {
+    var result = Drawn();
+    let source = draw_source(position, random, DRAW_EMITTERS, DRAW_SKY);
+    let direction = unit_or(source.to_source / select(max(params.scene_radius, 1e-30), 1.0, source.is_sky), normal);
+    let cosine = dot(normal, direction);
+    if cosine <= 0.0 || all(source.radiance <= vec3f(0.0)) {
+        return result;
+    }
+    var ray = ray_from(position, geometric, direction);
+    var reach = FAR;
+    if !source.is_sky {
+        // Straight to the point, and not quite to it: rounding must not find its own triangle.
+        let end = position + source.to_source;
+        ray.direction = end - ray.origin;
+        reach = 1.0 - 2.0 * offset_length(end) / max(length(source.to_source), 1e-30);
+    }
+    if reach <= 0.0 {
+        return result;
+    }
+    *rays += 1u;
+    if is_open(ray, reach) {
+        let of_cosine = cosine / PI;
+        result.light = source.radiance * (of_cosine / (source.density * source_share() + of_cosine));
+        if ON_SCREEN != 0u && first {
+            result.on_screen = result.light;
+            if !source.is_sky && !is_on_screen(position + source.to_source, source.normal, rays) {
+                result.on_screen = vec3f(0.0);
+            }
+        }
+    }
+    return result;
+}
+
+/// Weight of a source found by a ray that was drawn from the cosine, against points drawn on sources with this density.
+fn weight_of_cosine(cosine: f32, density: f32) -> f32 {
+    let of_cosine = cosine / PI;
+    return of_cosine / max(of_cosine + density * source_share(), 1e-30);
+}
+
 fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<function, u32>) -> Sample {
     var result = Sample();
     var position = start.position;
@@ -315,6 +285,15 @@ fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
     var geometric = octahedral_decode(unpack2x16snorm(start.geometric_normal));
     var weight = vec3f(1.0);
     for (var bounce = 0u; bounce < BOUNCES; bounce++) {
+        if DRAW_EMITTERS || DRAW_SKY {
+            let words = random_words(pixel, index, PATH_LIGHT_STREAM + bounce, params.seed);
+            let drawn = draw_light(position, normal, geometric, words, bounce == 0u, rays);
+            result.indirect += weight * drawn.light;
+            if bounce == 0u {
+                result.bounce1 = drawn.light;
+                result.on_screen = drawn.on_screen;
+            }
+        }
         let random = random3(pixel, index, bounce, params.seed);
         let ray = ray_from(position, geometric, cosine_direction(normal, random.xy));
         *rays += 1u;
@@ -322,12 +301,16 @@ fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
         if bounce == 0u {
             result.open = f32(hit.distance >= params.occlusion_radius);
         }
+        let cosine = max(dot(normal, ray.direction), 0.0);
         if hit.distance == FAR {
-            let radiance = sky(ray.direction);
+            var radiance = sky(ray.direction);
+            if DRAW_SKY {
+                radiance *= weight_of_cosine(cosine, sky_density(ray.direction));
+            }
             result.indirect += weight * radiance;
             if bounce == 0u {
-                result.bounce1 = radiance;
-                result.on_screen = radiance;
+                result.bounce1 += radiance;
+                result.on_screen += radiance;
             }
             break;
         }
@@ -335,11 +318,17 @@ fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
         if !surface.sends {
             break;
         }
-        let radiance = direct_radiance(surface, rays);
+        var emission = surface.emission;
+        if DRAW_EMITTERS && any(emission > vec3f(0.0)) {
+            let along = ray.direction * hit.distance;
+            let density = emitter_density(emission, along, dot(surface.geometric_normal, ray.direction));
+            emission *= weight_of_cosine(cosine, density);
+        }
+        let radiance = emission + reflected_radiance(surface, rays);
         if bounce == 0u {
-            result.bounce1 = radiance;
+            result.bounce1 += radiance;
             if ON_SCREEN != 0u && any(radiance > vec3f(0.0)) {
-                result.on_screen = select(vec3f(0.0), radiance, is_on_screen(surface.position, surface.geometric_normal, rays));
+                result.on_screen += select(vec3f(0.0), radiance, is_on_screen(surface.position, surface.geometric_normal, rays));
             }
         }
         result.indirect += weight * radiance;

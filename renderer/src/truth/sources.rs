@@ -1,0 +1,81 @@
+//! Sources of light with an area, from which the path tracer draws points.
+
+use glam::Vec3;
+use halflight_scenes::{Environment, Scene};
+
+use super::bvh::Bvh;
+
+/// Contrast of a sky above which directions are drawn from it: the mean square of its radiance over the square of its
+/// mean. An even sky has 1. Rays drawn from the cosine find it with less noise and without a second ray; a clear sky
+/// without its sun disc stays below.
+const UNEVEN: f64 = 2.0;
+
+/// Emitting triangles.
+pub(super) struct Emitters {
+    /// For each triangle: cumulative power up to and including it, as a share of 2^32 less 1; its slot in the BVH. Twin
+    /// of `emitters` in `truth/sources.wgsl`.
+    pub(super) table: Vec<[u32; 2]>,
+    /// Density over area at which points are drawn on a surface of emission 1, radiance scale included; areas are in
+    /// units of the square of the scene's radius.
+    pub(super) density: f32,
+}
+
+impl Emitters {
+    /// The triangles that emit light and send it on. Power is area times the largest channel.
+    pub(super) fn of(scene: &Scene, bvh: &Bvh, scene_radius: f32, radiance_scale: f32) -> Self {
+        let mut table = Vec::new();
+        let mut sum = 0.0f64;
+        let mut number = 0;
+        let unit = f64::from(scene_radius.max(1e-30));
+        for mesh in &scene.meshes {
+            let material = scene.materials.get(mesh.material).filter(|material| !material.receive_only);
+            let emission = material.map_or(0.0, |material| material.emission.into_iter().fold(0.0, f32::max));
+            let emission = f64::from(emission) * f64::from(radiance_scale);
+            for &corners in mesh.indices.as_chunks::<3>().0 {
+                if emission > 0.0
+                    && let Some(slot) = bvh.slots[number]
+                {
+                    let [a, b, c] = corners.map(|i| Vec3::from(mesh.positions[i as usize]).as_dvec3() / unit);
+                    sum += 0.5 * (b - a).cross(c - a).length() * emission;
+                    table.push((sum, slot));
+                }
+                number += 1;
+            }
+        }
+        let share = |power: f64| ((power / sum * 2f64.powi(32)).round() as u64).clamp(1, 1 << 32) - 1;
+        let table = table.into_iter().map(|(power, slot)| [share(power) as u32, slot]).collect();
+        Self { table, density: if sum > 0.0 { (1.0 / sum) as f32 } else { 0.0 } }
+    }
+}
+
+/// Whether directions are drawn from this sky.
+pub(super) fn is_uneven(sky: &Environment) -> bool {
+    let (mut mean, mut square, mut angle) = (0.0f64, 0.0, 0.0);
+    for (y, row) in sky.texels.chunks_exact(sky.width as usize).enumerate() {
+        let weight = (std::f64::consts::PI * (y as f64 + 0.5) / f64::from(sky.height)).sin();
+        for texel in row {
+            let light = f64::from(texel.iter().sum::<f32>());
+            mean += weight * light;
+            square += weight * light * light;
+            angle += weight;
+        }
+    }
+    square * angle > UNEVEN * mean * mean
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_uneven_skies_are_drawn_from() {
+        let sky = |texels: Vec<[f32; 3]>| Environment { map: None, width: 64, height: 32, texels };
+        assert!(!is_uneven(&sky(vec![[0.3, 0.4, 0.5]; 64 * 32])));
+        assert!(!is_uneven(&sky(vec![[0.0; 3]; 64 * 32])), "no light");
+        // A gradient from 1 to 2.
+        assert!(!is_uneven(&sky((0..64 * 32).map(|i| [1.0 + i as f32 / 2048.0; 3]).collect())));
+        let mut sun = vec![[1.0; 3]; 64 * 32];
+        sun[700] = [1e4; 3];
+        assert!(is_uneven(&sky(sun)));
+    }
+}

@@ -5,10 +5,30 @@ use halflight_scenes::{Environment, Scene};
 
 use super::bvh::Bvh;
 
-/// Contrast of a sky above which directions are drawn from it: the mean square of its radiance over the square of its
-/// mean. An even sky has 1. Rays drawn from the cosine find it with less noise and without a second ray; a clear sky
-/// without its sun disc stays below.
+/// Contrast above which points are drawn: the mean square of the radiance over the square of its mean, over the sphere
+/// for a sky, over the area of all surfaces for emitters. Even light has 1. Rays drawn from the cosine find it with less
+/// noise and without a second ray. A clear sky without its sun disc stays below, and a room whose walls all glow.
 const UNEVEN: f64 = 2.0;
+
+/// The contrast of a radiance, from its values and their weights.
+#[derive(Default)]
+struct Contrast {
+    weight: f64,
+    mean: f64,
+    square: f64,
+}
+
+impl Contrast {
+    fn add(&mut self, weight: f64, radiance: f64) {
+        self.weight += weight;
+        self.mean += weight * radiance;
+        self.square += weight * radiance * radiance;
+    }
+
+    fn is_uneven(&self) -> bool {
+        self.square * self.weight > UNEVEN * self.mean * self.mean
+    }
+}
 
 /// Emitting triangles.
 pub(super) struct Emitters {
@@ -21,10 +41,11 @@ pub(super) struct Emitters {
 }
 
 impl Emitters {
-    /// The triangles that emit light and send it on. Power is area times the largest channel.
+    /// The triangles that emit light and send it on; none if the surfaces of the scene emit evenly. Power is area times
+    /// the largest channel.
     pub(super) fn of(scene: &Scene, bvh: &Bvh, scene_radius: f32, radiance_scale: f32) -> Self {
         let mut table = Vec::new();
-        let mut sum = 0.0f64;
+        let (mut sum, mut contrast) = (0.0, Contrast::default());
         let mut number = 0;
         let unit = f64::from(scene_radius.max(1e-30));
         for mesh in &scene.meshes {
@@ -32,15 +53,20 @@ impl Emitters {
             let emission = material.map_or(0.0, |material| material.emission.into_iter().fold(0.0, f32::max));
             let emission = f64::from(emission) * f64::from(radiance_scale);
             for &corners in mesh.indices.as_chunks::<3>().0 {
-                if emission > 0.0
-                    && let Some(slot) = bvh.slots[number]
-                {
+                if let Some(slot) = bvh.slots[number] {
                     let [a, b, c] = corners.map(|i| Vec3::from(mesh.positions[i as usize]).as_dvec3() / unit);
-                    sum += 0.5 * (b - a).cross(c - a).length() * emission;
-                    table.push((sum, slot));
+                    let area = 0.5 * (b - a).cross(c - a).length();
+                    contrast.add(area, emission);
+                    if emission > 0.0 {
+                        sum += area * emission;
+                        table.push((sum, slot));
+                    }
                 }
                 number += 1;
             }
+        }
+        if !contrast.is_uneven() {
+            table.clear();
         }
         let share = |power: f64| ((power / sum * 2f64.powi(32)).round() as u64).clamp(1, 1 << 32) - 1;
         let table = table.into_iter().map(|(power, slot)| [share(power) as u32, slot]).collect();
@@ -50,17 +76,12 @@ impl Emitters {
 
 /// Whether directions are drawn from this sky.
 pub(super) fn is_uneven(sky: &Environment) -> bool {
-    let (mut mean, mut square, mut angle) = (0.0f64, 0.0, 0.0);
+    let mut contrast = Contrast::default();
     for (y, row) in sky.texels.chunks_exact(sky.width as usize).enumerate() {
-        let weight = (std::f64::consts::PI * (y as f64 + 0.5) / f64::from(sky.height)).sin();
-        for texel in row {
-            let light = f64::from(texel.iter().sum::<f32>());
-            mean += weight * light;
-            square += weight * light * light;
-            angle += weight;
-        }
+        let solid_angle = (std::f64::consts::PI * (y as f64 + 0.5) / f64::from(sky.height)).sin();
+        row.iter().for_each(|texel| contrast.add(solid_angle, f64::from(texel.iter().sum::<f32>())));
     }
-    square * angle > UNEVEN * mean * mean
+    contrast.is_uneven()
 }
 
 #[cfg(test)]

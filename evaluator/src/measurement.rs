@@ -32,6 +32,9 @@ pub struct Measurement {
     /// Settings in the order of their declaration, one column each, keyed `technique.parameter`.
     #[serde(flatten, with = "parameter_columns")]
     pub parameters: Map<String, Value>,
+    /// Sources in the scene whose light the technique leaves out, separated by commas; empty for none.
+    #[serde(default)]
+    pub left_out: String,
     /// Timed frames after warm-up.
     pub frames: u32,
     /// Every pass that the technique needs beyond G-buffer and direct light: median over the frames, ms.

@@ -254,6 +254,9 @@ pub struct FramePlan {
     pub outputs: BTreeMap<&'static str, ResourceId>,
     /// Numbers that belong to outputs. Their names begin with the output's name: `ambient_occlusion.radius`.
     pub attributes: BTreeMap<&'static str, f32>,
+    /// What a reader of the result must know, one sentence each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
 }
 
 impl FramePlan {

@@ -291,6 +291,9 @@ fn plan_indirect_from(
     shown: ResourceId,
 ) -> Result<(), SettingsError> {
     let size = plan.display_size;
+    if let Some(scene) = inputs.scene {
+        plan.notes.extend(technique.left_out(settings, &scene.needs)?);
+    }
     let Some(indirect) = (technique.plan)(plan, inputs, settings)? else {
         // Without indirect light the final image is the direct light.
         plan.outputs.insert("final", shown);

@@ -111,6 +111,7 @@ pub const TECHNIQUE: Technique = Technique {
     parameters: Bitmask::parameters,
     complete: |settings| Ok(Bitmask::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
+    sources: |settings| Ok(Bitmask::from_settings(settings)?.finds.sources()),
     plan,
 };
 
@@ -129,16 +130,18 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     };
     let source = Inputs { direct: feedback.as_ref().map_or(inputs.direct, |feedback| feedback.source), ..*inputs };
     let light =
-        slices.plan(plan, &source, |SliceInputs { surfels, planes, gathered, environment, packed, scale, radius }| {
+        slices.plan(plan, &source, |SliceInputs { surfels, planes, gathered, sky, packed, scale, radius }| {
             Call::from(Gather {
                 surfels,
                 planes,
                 gathered,
-                ambient: environment.is_some(),
+                ambient: sky.is_some(),
                 light: lit,
                 packed,
                 wide: sectors > 32,
-                environment,
+                environment: sky.map(|sky| sky.environment),
+                grid: sky.map(|sky| sky.voxels.grid),
+                voxels: sky.map(|sky| sky.voxels.voxels),
                 params: gather::Params {
                     scale,
                     radius,

@@ -5,7 +5,7 @@ use wgpu::TextureFormat as Format;
 
 use crate::hierarchical::FormFactor;
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, LightSources, Technique};
 use halflight_renderer::{
     parameters,
     parameters::{Settings, SettingsError},
@@ -27,6 +27,7 @@ pub const TECHNIQUE: Technique = Technique {
     parameters: Exhaustive::parameters,
     complete: |settings| Ok(Exhaustive::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
+    sources: |_| Ok(LightSources::SCREEN),
     plan,
 };
 

@@ -48,6 +48,7 @@ pub const TECHNIQUE: Technique = Technique {
     parameters: Gtao::parameters,
     complete: |settings| Ok(Gtao::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
+    sources: |_| Ok(Finds::Occlusion.sources()),
     plan,
 };
 

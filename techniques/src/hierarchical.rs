@@ -10,7 +10,7 @@ mod visibility;
 
 use self::gather::{Gather, Light};
 
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, LightSources, Reach, Technique};
 
 use halflight_frame_graph::{FramePlan, ResourceId};
 use halflight_renderer::{
@@ -18,6 +18,7 @@ use halflight_renderer::{
     gi::{
         Sources, StartResolution, Storage, Switch, UpsamplingKernel,
         resolution::{Upsampling, pyramid, to_display},
+        sky_light::{SkyGather, with_sky},
         temporal::{temporal_filter, temporal_filter_of_gloss},
     },
     parameters,
@@ -218,6 +219,8 @@ parameters! {
         grid [LightVisibility::Off, LightVisibility::Voxels], role Plan;
         /// Voxels along the longest side of the scene.
         voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
+        /// Rays to the sky, tested for occluders in a voxel grid over the whole scene; 0 leaves the sky out.
+        sky_rays: u32 = 8, in 0..=1024, unit "1", grid [0, 4, 8, 32], role Plan;
     }
 }
 
@@ -236,6 +239,15 @@ pub const TECHNIQUE: Technique = Technique {
                 && parameters.bounces > 0
                 && parameters.sources == Sources::Screen,
         })
+    },
+    sources: |settings| {
+        let parameters = Hierarchical::from_settings(settings)?;
+        if parameters.bounces == 0 {
+            return Ok(LightSources::NONE);
+        }
+        let reach = if parameters.sources == Sources::Screen { Reach::Screen } else { Reach::Scene };
+        let sky = if parameters.sky_rays > 0 { Reach::Scene } else { Reach::Nowhere };
+        Ok(LightSources { lamps: reach, emitters: reach, sky })
     },
     plan: |plan, inputs, settings| {
         let light = self::plan(plan, inputs, settings)?;
@@ -293,8 +305,9 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         return Ok(None);
     }
     let lit = inputs.may_be_lit();
+    let has_sky = parameters.sky_rays > 0 && inputs.scene.is_some_and(|scene| scene.needs.environment);
     let sources = match parameters.sources {
-        Sources::Lights if !lit => return Ok(None),
+        Sources::Lights if !lit && !has_sky => return Ok(None),
         sources => sources,
     };
     let screen_gathers =
@@ -320,9 +333,12 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         near_field_distance,
     };
     let surfels: Vec<_> = levels.iter().map(|level| level.surfels).collect();
+    let sky = SkyGather { rays: parameters.sky_rays, over_frames: parameters.temporal_a > 0.0 };
+    let sky = if only.is_none_or(|only| only == 0) { sky.plan(plan, inputs, &levels[0], None) } else { None };
     let interleaved = parameters.bounces == 2 && parameters.bounce_interleaving == Switch::On;
     let light = if interleaved && sources == Sources::Screen {
-        bounces::plan_interleaved(plan, inputs, &gather)
+        let light = bounces::plan_interleaved(plan, inputs, &gather);
+        with_sky(plan, levels[0].size, light, sky)
     } else {
         let first = match sources {
             Sources::Lights => None,
@@ -335,6 +351,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
                 lights::plan_light_from_lights(plan, inputs, &parameters, &levels[0], only, near)?
             }
         };
+        let first = with_sky(plan, levels[0].size, first, sky);
         first.map(|first| bounces::plan_bounces(plan, inputs, &gather, first))
     };
     let Some(light) = light else { return Ok(None) };

@@ -3,10 +3,11 @@
 //! height field.
 
 use halflight_frame_graph::{FramePlan, ResourceId};
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, LightSources, Reach, Technique};
 use halflight_renderer::{
     gi::{
         Finds, Resolution, Spacing, Storage, Switch,
+        sky_light::Sky,
         slices::{SliceGather, SliceInputs},
     },
     parameters,
@@ -49,6 +50,7 @@ pub const TECHNIQUE: Technique = Technique {
     parameters: Horizon::parameters,
     complete: |settings| Ok(Horizon::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
+    sources: |_| Ok(LightSources { sky: Reach::Scene, ..LightSources::SCREEN }),
     plan,
 };
 
@@ -62,12 +64,16 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         denoise: parameters.denoise,
         storage: parameters.storage,
     };
-    Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, environment, packed, scale, radius }| {
+    Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, sky, packed, scale, radius }| {
         Call::from(Gather {
             surfels,
             planes,
             gathered,
-            ambient: environment,
+            ambient: sky.map(|Sky { environment, voxels }| gather::Ambient {
+                environment,
+                grid: voxels.grid,
+                voxels: voxels.voxels,
+            }),
             packed,
             params: gather::Params { scale, radius },
             constants: gather::Constants {

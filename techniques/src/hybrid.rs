@@ -13,7 +13,7 @@ use self::{
     specular::Specular,
 };
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, LightSources, Reach, Technique};
 use halflight_renderer::{
     choice,
     gi::{
@@ -21,6 +21,7 @@ use halflight_renderer::{
         resolution::{Level, Upsampling, pyramid, to_display},
         rsm::{ReflectiveShadowMap, VirtualPointLights, plan_reflective_shadow_maps, plan_virtual_point_lights},
         scene_voxels::{SceneVoxels, plan_scene_voxels},
+        sky_light::{SkyGather, with_sky},
         temporal::{temporal_filter, temporal_filter_of_gloss},
         translucency::Translucency,
     },
@@ -113,6 +114,8 @@ parameters! {
         /// Whether light passes through translucent surfaces, by the reflective shadow maps. Requires sources that
         /// include lights.
         translucency: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
+        /// Rays to the sky, tested for occluders in a voxel grid over the whole scene; 0 leaves the sky out.
+        sky_rays: u32 = 8, in 0..=1024, unit "1", grid [0, 4, 8, 32], role Plan;
         /// Storage of light at full resolution. float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
         /// Share a of the history in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a
@@ -133,6 +136,19 @@ pub const TECHNIQUE: Technique = Technique {
         let translucent_material = parameters.translucency == Switch::On && parameters.sources != Sources::Screen;
         Ok(GBufferNeeds { glossy_material, translucent_material, ..GBufferNeeds::NONE })
     },
+    sources: |settings| {
+        let parameters = Hybrid::from_settings(settings)?;
+        let reach = if parameters.sources == Sources::Screen { Reach::Screen } else { Reach::Scene };
+        // Patterns draw from reflective shadow maps alone, which have no emitters.
+        let patterns = parameters.weighting != Weighting::Radiometric;
+        let emitters = match parameters.sources {
+            Sources::Lights if patterns => Reach::Nowhere,
+            _ if patterns => Reach::Screen,
+            _ => reach,
+        };
+        let sky = if parameters.sky_rays > 0 { Reach::Scene } else { Reach::Nowhere };
+        Ok(LightSources { lamps: reach, emitters, sky })
+    },
     plan,
 };
 
@@ -151,7 +167,8 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let near = parameters.sources != Sources::Lights;
     let lit = inputs.may_be_lit();
     let far = parameters.sources != Sources::Screen && lit;
-    if !near && !far && parameters.ambient_occlusion == Views::Off {
+    let sky = parameters.sky_rays > 0 && inputs.scene.is_some_and(|scene| scene.needs.environment);
+    if !near && !far && !sky && parameters.ambient_occlusion == Views::Off {
         return Ok(None);
     }
     let chosen = far && parameters.weighting == Weighting::Radiometric;
@@ -214,9 +231,13 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
             gather.recompute(plan, inputs, light)
         }),
     };
-    let Some(light) = light else { return Ok(None) };
-    let light = open.map_or(light, |open| attenuated(plan, light, open, "indirect"));
-    Ok(temporal_filter(plan, inputs, Some(light), parameters.temporal_a))
+    let light = light.map(|light| open.map_or(light, |open| attenuated(plan, light, open, "indirect")));
+    // Rays to the sky have their own test for occluders.
+    let gather = SkyGather { rays: parameters.sky_rays, over_frames: parameters.over_frames() };
+    let sky = gather.plan(plan, inputs, level, voxels);
+    let sky = sky.map(|sky| to_display(plan, inputs, &upsampling, level, sky, "sky"));
+    let light = with_sky(plan, plan.display_size, light, sky);
+    Ok(temporal_filter(plan, inputs, light, parameters.temporal_a))
 }
 
 /// Near light from the screen and far light from virtual point lights.

@@ -15,7 +15,7 @@ pub mod ssdo;
 
 use halflight_renderer::{
     DirectLight,
-    gi::{GBufferNeeds, Technique},
+    gi::{GBufferNeeds, LightSources, Technique},
     parameters::{Parameter, Settings, SettingsError},
 };
 
@@ -41,6 +41,7 @@ const NONE: Technique = Technique {
     parameters: Vec::new,
     complete: |_| Ok(Settings::new()),
     needs: |_| Ok(GBufferNeeds::NONE),
+    sources: |_| Ok(LightSources::NONE),
     plan: |_, _, _| Ok(None),
 };
 

@@ -51,6 +51,7 @@ pub const TECHNIQUE: Technique = Technique {
     parameters: RayMarch::parameters,
     complete: |settings| Ok(RayMarch::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
+    sources: |settings| Ok(RayMarch::from_settings(settings)?.finds.sources()),
     plan,
 };
 
@@ -64,15 +65,17 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         denoise: parameters.denoise,
         storage: parameters.storage,
     };
-    Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, environment, packed, scale, radius }| {
+    Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, sky, packed, scale, radius }| {
         Call::from(March {
             surfels,
             planes,
             gathered,
-            ambient: environment.is_some(),
+            ambient: sky.is_some(),
             light: parameters.finds == Finds::Light,
             packed,
-            environment,
+            environment: sky.map(|sky| sky.environment),
+            grid: sky.map(|sky| sky.voxels.grid),
+            voxels: sky.map(|sky| sky.voxels.voxels),
             params: march::Params {
                 scale,
                 radius,

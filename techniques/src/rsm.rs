@@ -7,7 +7,7 @@ use halflight_shared_shaders::rsm::gather::{self, Gather};
 use wgpu::TextureFormat as Format;
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, LightSources, Reach, Technique};
 use halflight_renderer::{
     gi::{
         StartResolution, Storage, UpsamplingKernel, Weighting,
@@ -48,6 +48,7 @@ pub const TECHNIQUE: Technique = Technique {
     parameters: Rsm::parameters,
     complete: |settings| Ok(Rsm::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
+    sources: |_| Ok(LightSources { lamps: Reach::Scene, ..LightSources::NONE }),
     plan,
 };
 

@@ -5,7 +5,7 @@ use halflight_shared_shaders::ssao::gather::{self, Gather};
 use wgpu::TextureFormat as Format;
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, LightSources, Technique};
 use halflight_renderer::{
     gi::{
         StartResolution, Storage, UpsamplingKernel,
@@ -36,6 +36,7 @@ pub const TECHNIQUE: Technique = Technique {
     parameters: Ssao::parameters,
     complete: |settings| Ok(Ssao::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
+    sources: |_| Ok(LightSources::NONE),
     plan,
 };
 

@@ -6,7 +6,7 @@ use wgpu::TextureFormat as Format;
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::gi::Weighting;
-use halflight_renderer::gi::{GBufferNeeds, Inputs, Technique};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, LightSources, Technique};
 use halflight_renderer::{
     gi::{
         StartResolution, Storage, UpsamplingKernel,
@@ -44,6 +44,7 @@ pub const TECHNIQUE: Technique = Technique {
     parameters: Ssdo::parameters,
     complete: |settings| Ok(Ssdo::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
+    sources: |_| Ok(LightSources::SCREEN),
     plan,
 };
 

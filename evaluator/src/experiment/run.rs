@@ -71,8 +71,11 @@ pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), 
                         row
                     }
                 };
-                let warning = noisy_reference(&row, grid.truth_rel_error);
-                report.warnings.extend(warning.filter(|warning| !report.warnings.contains(warning)));
+                for warning in [noisy_reference(&row, grid.truth_rel_error), left_out(&row)].into_iter().flatten() {
+                    if !report.warnings.contains(&warning) {
+                        report.warnings.push(warning);
+                    }
+                }
                 report.measurements.push(row);
                 if is_fresh {
                     // A run that ends here, for whatever reason, leaves a report of what it finished.
@@ -159,6 +162,13 @@ fn noisy_reference(row: &Measurement, asked: f32) -> Option<String> {
         "the reference of {scene} at {width}x{height} reached a relative error of {reached:.3} over 8x8 blocks, not the \
          {asked} asked for: raise truth_samples"
     ))
+}
+
+/// What to tell about a row whose technique leaves out the light of a whole kind of source. Light off the screen is in
+/// the column `left_out` alone, because every technique of screen space leaves it out.
+fn left_out(row: &Measurement) -> Option<String> {
+    let kinds: Vec<_> = row.left_out.split(", ").filter(|kind| !kind.is_empty() && !kind.contains("off the screen")).collect();
+    (!kinds.is_empty()).then(|| format!("{} leaves out light of {} in {}", row.technique, kinds.join(", of "), row.scene))
 }
 
 /// A cell's settings that differ from the defaults, in words.

@@ -323,6 +323,9 @@ impl<'a> SceneRunner<'a> {
                 .iter()
                 .filter_map(|parameter| Some((parameter.key(), json(cell.settings.get(&parameter.key())?))))
                 .collect(),
+            left_out: (cell.technique.sources)(&cell.settings)
+                .map(|sources| sources.left_out(&SceneNeeds::of(still)).join(", "))
+                .unwrap_or_default(),
             frame_ms_median: rendered.scene_ms + rendered.times.technique.map_or(0.0, |timing| timing.median),
             pass_ms: rendered.times.passes.into_iter().map(|(name, ms)| (name, ms.into())).collect(),
             memory_bytes: rendered.memory_bytes,

@@ -51,6 +51,9 @@ impl fmt::Display for FramePlan {
             "Frame of {w}x{h} pixels: {} passes, {total}, of which the technique {technique}",
             self.passes.len()
         )?;
+        for note in &self.notes {
+            writeln!(f, "Note: {note}")?;
+        }
         let width = |lengths: &mut dyn Iterator<Item = usize>| lengths.max().unwrap_or_default();
         let name = width(&mut self.passes.iter().map(|pass| pass.name.len()));
         let reason = width(&mut self.passes.iter().map(|pass| pass.reason.len()));

@@ -1,5 +1,6 @@
 //! Choices that several techniques share.
 
+use super::{LightSources, Reach};
 use crate::choice;
 
 choice! {
@@ -60,6 +61,14 @@ choice! {
         Light = "light",
         /// Ambient visibility alone, as the output `ambient_occlusion`.
         Occlusion = "occlusion",
+    }
+}
+
+impl Finds {
+    /// The sources that slices and rays on the screen take: ambient visibility alone attenuates the light of the sky.
+    pub fn sources(self) -> LightSources {
+        let screen = if self == Self::Light { LightSources::SCREEN } else { LightSources::NONE };
+        LightSources { sky: Reach::Scene, ..screen }
     }
 }
 

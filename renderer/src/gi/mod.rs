@@ -2,12 +2,14 @@
 //! filters.
 
 mod choices;
+pub mod denoise;
 pub mod emitters;
 mod inputs;
 pub mod previous_frame_bounce;
 pub mod resolution;
 pub mod rsm;
 pub mod scene_voxels;
+pub mod sky_light;
 pub mod slices;
 mod technique;
 pub mod temporal;
@@ -15,4 +17,4 @@ pub mod translucency;
 
 pub use choices::{Finds, Resolution, Sources, Spacing, StartResolution, Storage, Switch, UpsamplingKernel, Weighting};
 pub use inputs::{ExtraView, Inputs, MotionInputs, ReceiveOnlyInputs};
-pub use technique::{GBufferNeeds, Technique};
+pub use technique::{GBufferNeeds, LightSources, Reach, Technique};

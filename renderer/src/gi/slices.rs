@@ -5,13 +5,14 @@ use wgpu::TextureFormat as Format;
 
 use crate::gi::{
     Finds, Inputs, Resolution, Storage, UpsamplingKernel,
-    resolution::{Level, Upsampling, surfels_and_planes, to_display},
+    denoise::denoised,
+    resolution::{Upsampling, surfels_and_planes, to_display},
+    sky_light::{Sky, plan_sky},
 };
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_shared_shaders::{
     Call,
     ambient::Ambient,
-    denoise::{self, Denoise},
 };
 
 /// Stands for an unlimited radius, scene units. Its square is finite, and no scene is as large.
@@ -41,8 +42,8 @@ pub struct SliceInputs {
     pub planes: ResourceId,
     /// Destination of the light or ambient visibility.
     pub gathered: ResourceId,
-    /// The scene's environment, if its light is gathered.
-    pub environment: Option<ResourceId>,
+    /// The sky, if its light is gathered.
+    pub sky: Option<Sky>,
     /// Whether light is packed into surfels.
     pub packed: bool,
     /// Width of a texel in full-resolution pixels.
@@ -61,10 +62,10 @@ impl SliceGather {
         inputs: &Inputs,
         gather: impl FnOnce(SliceInputs) -> Call<ResourceId>,
     ) -> Option<ResourceId> {
-        let environment = environment_of(plan, inputs).filter(|_| self.finds == Finds::Light);
+        let lit = self.finds == Finds::Light;
+        let sky = if lit { plan_sky(plan, inputs, None) } else { None };
         let (level, planes) = surfels_and_planes(plan, inputs, 1 << self.resolution as u32);
         let level = &level;
-        let lit = self.finds == Finds::Light;
         // Between gather and upsampling light is packed into the surfels that both passes read: half the fetches.
         let packed = lit && self.resolution == Resolution::Half && self.storage == Storage::Float16;
         let (format, what) = match (lit, packed) {
@@ -77,7 +78,7 @@ impl SliceGather {
             surfels: level.surfels,
             planes,
             gathered,
-            environment,
+            sky,
             packed,
             scale: level.scale as f32,
             radius: if self.radius > 0.0 { self.radius } else { FAR },
@@ -93,11 +94,19 @@ impl SliceGather {
         let open = to_display(plan, inputs, &upsampling, level, found, "ambient_occlusion");
         plan.outputs.insert("ambient_occlusion", open);
         plan.attributes.insert("ambient_occlusion.radius", self.radius);
-        environment_of(plan, inputs).map(|environment| {
+        plan_sky(plan, inputs, None).map(|Sky { environment, voxels }| {
             let size = plan.display_size;
             let indirect =
                 plan.texture("indirect", size, Format::Rgba32Float, "environment light times ambient visibility");
-            let run = Ambient { normal: inputs.normal, ambient_occlusion: open, environment, indirect };
+            let run = Ambient {
+                normal: inputs.normal,
+                depth: inputs.depth,
+                ambient_occlusion: open,
+                environment,
+                indirect,
+                grid: voxels.grid,
+                voxels: voxels.voxels,
+            };
             plan.pass(Part::Technique, "ambient", run).because("the scene has an environment").over(size);
             indirect
         })
@@ -110,33 +119,4 @@ fn tiled([width, height]: [u32; 2]) -> [u32; 2] {
     const TILE: u32 = 16;
     const GROUP: u32 = 8;
     [TILE * height.next_multiple_of(GROUP), width.div_ceil(TILE * GROUP) * GROUP]
-}
-
-/// The scene's environment, if it has one.
-pub fn environment_of(plan: &mut FramePlan, inputs: &Inputs) -> Option<ResourceId> {
-    let any = inputs.scene.is_some_and(|scene| scene.needs.environment);
-    any.then(|| plan.scene_buffer("scene.environment", "environment light"))
-}
-
-/// Plans the spatial filter: `count` passes. The distance of the taps doubles with each pass.
-pub fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) -> ResourceId {
-    let format = plan.resources[noisy.0].format().unwrap_or(Format::Rgba32Float);
-    let ambient_visibility = format == Format::R32Float;
-    let packed = format == Format::Rgba32Uint;
-    (0..count).fold(noisy, |noisy, turn| {
-        let spacing = 1u32 << turn;
-        let smoothed = plan.texture(format!("denoised_{turn}"), level.size, format, "light after the spatial filter");
-        let run = Denoise {
-            surfels: if packed { noisy } else { level.surfels },
-            smoothed,
-            ambient_visibility,
-            packed,
-            noisy: (!packed).then_some(noisy),
-            params: denoise::Params { scale: level.scale as f32, spacing },
-        };
-        plan.pass(Part::Technique, format!("denoise_{turn}"), run)
-            .because(format!("few samples leave noise: taps {spacing} texels apart"))
-            .over(level.size);
-        smoothed
-    })
 }

@@ -1,6 +1,7 @@
 //! A technique of indirect illumination, as the registry lists it.
 
 use halflight_frame_graph::{FramePlan, ResourceId};
+use halflight_scenes::SceneNeeds;
 
 use super::Inputs;
 use crate::parameters::{Parameter, Settings, SettingsError};
@@ -21,6 +22,52 @@ impl GBufferNeeds {
     pub const NONE: Self = Self { glossy_material: false, translucent_material: false, extra_cameras: false };
 }
 
+/// Where a technique finds the light of a kind of source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// Nowhere: it takes none of it.
+    Nowhere,
+    /// On surfaces that a camera sees.
+    Screen,
+    /// In the whole scene.
+    Scene,
+}
+
+/// The sources whose light a technique takes as indirect light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LightSources {
+    /// Directional, point and spot lights: what surfaces reflect of them.
+    pub lamps: Reach,
+    /// Emitting surfaces.
+    pub emitters: Reach,
+    /// The environment.
+    pub sky: Reach,
+}
+
+impl LightSources {
+    /// No indirect light at all.
+    pub const NONE: Self = Self { lamps: Reach::Nowhere, emitters: Reach::Nowhere, sky: Reach::Nowhere };
+
+    /// Lamps and emitters on the screen, no sky.
+    pub const SCREEN: Self = Self { lamps: Reach::Screen, emitters: Reach::Screen, sky: Reach::Nowhere };
+
+    /// What is left out of a scene with these needs, in words; empty if nothing is.
+    pub fn left_out(self, needs: &SceneNeeds) -> Vec<&'static str> {
+        let lamps = needs.directional_lights + needs.spot_lights + needs.point_lights > 0;
+        let kinds = [
+            (lamps, self.lamps, ["lamps", "lamps off the screen"]),
+            (needs.emitters, self.emitters, ["emitters", "emitters off the screen"]),
+            (needs.environment, self.sky, ["the sky", "the sky off the screen"]),
+        ];
+        let left_out = kinds.into_iter().filter(|(present, ..)| *present).filter_map(|(_, reach, names)| match reach {
+            Reach::Nowhere => Some(names[0]),
+            Reach::Screen => Some(names[1]),
+            Reach::Scene => None,
+        });
+        left_out.collect()
+    }
+}
+
 /// A technique of indirect illumination.
 #[derive(Clone, Copy, Debug)]
 pub struct Technique {
@@ -34,8 +81,36 @@ pub struct Technique {
     pub complete: fn(&Settings) -> Result<Settings, SettingsError>,
     /// The optional G-buffer channels that it reads.
     pub needs: fn(&Settings) -> Result<GBufferNeeds, SettingsError>,
+    /// The sources whose light it takes.
+    pub sources: fn(&Settings) -> Result<LightSources, SettingsError>,
     /// Adds the passes that compute `indirect` from the inputs, and returns it; `None` if there is no indirect light.
     /// Other results are added to the plan's outputs: `ambient_occlusion`, `glossy`. State between frames is a
     /// [`halflight_frame_graph::History`] of the plan.
     pub plan: fn(&mut FramePlan, &Inputs, &Settings) -> Result<Option<ResourceId>, SettingsError>,
+}
+
+impl Technique {
+    /// What it leaves out of a scene with these needs, as a sentence; `None` if nothing is left out.
+    ///
+    /// # Errors
+    /// A setting that its declaration does not allow.
+    pub fn left_out(&self, settings: &Settings, needs: &SceneNeeds) -> Result<Option<String>, SettingsError> {
+        let left_out = (self.sources)(settings)?.left_out(needs);
+        Ok((!left_out.is_empty()).then(|| format!("{} leaves out light of {}", self.name, left_out.join(", of "))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_light_that_a_scene_has_is_left_out() {
+        let all = SceneNeeds { point_lights: 1, emitters: true, environment: true, ..SceneNeeds::default() };
+        assert_eq!(LightSources::NONE.left_out(&all), ["lamps", "emitters", "the sky"]);
+        assert_eq!(LightSources::SCREEN.left_out(&all), ["lamps off the screen", "emitters off the screen", "the sky"]);
+        let everything = LightSources { lamps: Reach::Scene, emitters: Reach::Scene, sky: Reach::Scene };
+        assert!(everything.left_out(&all).is_empty());
+        assert!(LightSources::NONE.left_out(&SceneNeeds::default()).is_empty());
+    }
 }

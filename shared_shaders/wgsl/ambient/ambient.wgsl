@@ -1,13 +1,22 @@
 // Environment light for techniques that find ambient visibility alone: the irradiance for the surface's normal times
-// ambient visibility.
+// ambient visibility, times the share of rays that no voxel of the scene stops: what is off the screen closes a room, too.
 import package::common::environment::{IRRADIANCE, irradiance_factor};
-import package::common::view::View;
+import package::common::hemisphere::cosine_direction;
+import package::common::math::spread2;
+import package::common::streams::SKY_STREAM;
+import package::common::view::{View, uv_of_texel, view_position};
+import package::scene_voxels::sees::{ray_end, sees_sky};
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var normal: texture_2d<f32>;
 @group(0) @binding(2) var ambient_occlusion: texture_2d<f32>;
 @group(0) @binding(3) var<storage, read> environment: array<vec4f>;
 @group(0) @binding(4) var indirect: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(5) var depth: texture_2d<f32>;
+
+/// Rays to the sky.
+const RAYS: u32 = 8u;
+const GOLDEN: f32 = 0.6180339887498949;
 
 @compute @workgroup_size(8, 8)
 fn light(@builtin(global_invocation_id) id: vec3u) {
@@ -19,8 +28,19 @@ fn light(@builtin(global_invocation_id) id: vec3u) {
     let open = select(0.0, saturate(textureLoad(ambient_occlusion, id.xy, 0).x), any(n != vec3f(0.0)));
     let world = (view.view_to_world * vec4f(n, 0.0)).xyz;
     var sum = vec3f(0.0);
-    for (var i = 0u; i < 9u; i++) {
-        sum += irradiance_factor(i, world) * environment[IRRADIANCE + i].rgb;
+    if open > 0.0 {
+        let in_view = view_position(uv_of_texel(id.xy, 1.0, view.display_size), textureLoad(depth, id.xy, 0).x, view.tan_half_fov);
+        let receiver = ray_end((view.view_to_world * vec4f(in_view, 1.0)).xyz, normalize(world));
+        let random = spread2(id.xy, view.frame, SKY_STREAM, view.seed, false);
+        var seen = 0.0;
+        for (var i = 0u; i < RAYS; i++) {
+            let position = fract(random + vec2f((f32(i) + 0.5) / f32(RAYS), GOLDEN * f32(i)));
+            seen += select(0.0, 1.0 / f32(RAYS), sees_sky(receiver, cosine_direction(receiver.normal, position)));
+        }
+        for (var i = 0u; i < 9u; i++) {
+            sum += irradiance_factor(i, world) * environment[IRRADIANCE + i].rgb;
+        }
+        sum *= open * seen;
     }
-    textureStore(indirect, id.xy, vec4f(max(sum, vec3f(0.0)) * open, 1.0));
+    textureStore(indirect, id.xy, vec4f(max(sum, vec3f(0.0)), 1.0));
 }

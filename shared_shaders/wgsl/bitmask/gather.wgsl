@@ -3,7 +3,7 @@
 // occludes the sectors between its front and its back; the back is one thickness farther from the eye. The sample
 // lights the receiver through those sectors that were not occluded before. Without `light`, only ambient visibility is
 // found. `wide` has up to 128 sectors. With `ambient`, the environment lights the receiver through the sectors that
-// stay open (section 3.2).
+// stay open (section 3.2), where no voxel of the scene is in the way: what is off the screen closes a room, too.
 //
 // Estimator `published`: sectors of equal angle, light weighted by both cosines, samples are points. Estimator
 // `radiometric`: sectors of equal cosine-weighted solid angle, slices weighted by the length of the projected normal,
@@ -19,6 +19,8 @@ import package::common::slice::{
     position_at, position_on, ray_of, ray_at, begin_of, Before, BEHIND_ALL, NEAREST, is_within, back_of, arc_of_side, angle_of,
 };
 @if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor, latlong, small_map};
+@if(ambient && light) import package::scene_voxels::sees::{RayEnd, sees_sky};
+@if(ambient && light) import package::scene_voxels::sky_of_receiver::world_end;
 import package::common::streams::{SLICE_STREAM, SECTOR_STREAM};
 import package::bitmask::sectors::{Mask, sectors, count_sectors};
 
@@ -194,18 +196,27 @@ fn irradiance(normal: vec3f) -> vec3f {
     return max(sum, vec3f(0.0));
 }
 
-/// Environment light; with the bent normal, the sum of open directions. Sums over the subregions of a slice, each
-/// weighted by its open sectors.
+/// What is open in a slice, each subregion weighted by its open sectors.
 @if(ambient && light)
-fn outside(mask: Mask, receiver: Receiver, slice: Slice, rounding: f32) -> vec3f {
+struct Outside {
+    // Light of the sky; with the bent normal, the sum of open directions.
+    sum: vec3f,
+    // The sectors that are open to the sky, and those that are open on the screen.
+    seen: f32,
+    open: f32,
+}
+
+@if(ambient && light)
+fn outside(mask: Mask, receiver: Receiver, end_of_ray: RayEnd, slice: Slice, rounding: f32, chance: f32) -> Outside {
     let above = scale_of(slice, 1.0, rounding);
     let below = scale_of(slice, -1.0, rounding);
     let first = small_map(environment[0]);
-    var sum = vec3f(0.0);
+    var result = Outside();
     var begin = 0;
     for (var i = 0u; i < DIRECTIONS; i++) {
         let end_angle = slice.angle + PI * (f32(i + 1u) / f32(DIRECTIONS) - 0.5);
-        let middle = end_angle - 0.5 * PI / f32(DIRECTIONS);
+        // Any direction of the subregion, so that no window lies between them.
+        let angle = end_angle - PI / f32(DIRECTIONS) * fract(chance + GOLDEN * f32(i));
         var scale = below;
         if end_angle > 0.0 {
             scale = above;
@@ -214,15 +225,20 @@ fn outside(mask: Mask, receiver: Receiver, slice: Slice, rounding: f32) -> vec3f
         end = select(end, i32(SECTORS), i + 1u == DIRECTIONS);
         let open = count_sectors(sectors(begin, end) & ~mask);
         begin = end;
-        let direction = cos(middle) * receiver.to_eye + sin(middle) * slice.tangent;
+        let direction = cos(angle) * receiver.to_eye + sin(angle) * slice.tangent;
+        let world = (view.view_to_world * vec4f(direction, 0.0)).xyz;
+        result.open += open;
+        if open <= 0.0 || !sees_sky(end_of_ray, world) {
+            continue;
+        }
+        result.seen += open;
         if AMBIENT == AMBIENT_BITMASK {
-            let world = (view.view_to_world * vec4f(direction, 0.0)).xyz;
-            sum += open * environment[first + latlong(world, environment[0].zw)].rgb;
+            result.sum += open * environment[first + latlong(world, environment[0].zw)].rgb;
         } else {
-            sum += open * direction;
+            result.sum += open * direction;
         }
     }
-    return sum;
+    return result;
 }
 
 /// Cosines at both ends of the segment to a sample (Algorithm 1, line 23).
@@ -258,7 +274,8 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
     let reach = Reach(params.radius * unit, params.thickness * unit, params.thickness_slope);
     var open = 1.0;
     @if(light) var light = vec3f(0.0);
-    @if(ambient && light) var around = vec3f(0.0);
+    @if(ambient && light) let end_of_ray = world_end(receiver, view.view_to_world);
+    @if(ambient && light) var sky = Outside();
     for (var i = 0u; i < SLICES; i++) {
         let slice = slice_of(receiver, (f32(i) + random.x) / f32(SLICES));
         // Each slice rounds its sectors by another random number.
@@ -284,18 +301,21 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
         open -= share * count_sectors(state.mask);
         @if(light) { light += share * state.light; }
         @if(ambient && light) {
-            if AMBIENT != AMBIENT_NORMAL {
-                around += share * outside(state.mask, receiver, slice, rounding);
-            }
+            let found = outside(state.mask, receiver, end_of_ray, slice, rounding, jitter);
+            sky.sum += share * found.sum;
+            sky.seen += share * found.seen;
+            sky.open += share * found.open;
         }
     }
     @if(ambient && light) {
+        var around = sky.sum;
+        let seen = max(open, 0.0) * sky.seen / max(sky.open, 1e-30);
         if AMBIENT == AMBIENT_NORMAL {
-            around = irradiance(receiver.normal) * max(open, 0.0);
+            around = irradiance(receiver.normal) * seen;
         }
         if AMBIENT == AMBIENT_BENT_NORMAL {
             let bent = around * inverseSqrt(max(dot(around, around), 1e-30));
-            around = irradiance(bent) * max(open, 0.0);
+            around = irradiance(bent) * seen;
         }
         light += around;
     }

@@ -1,5 +1,5 @@
-// Points inside the hemisphere above a surface, as screen-space methods sample it (Ritschel et al. 2009; Mittring
-// 2007).
+// Directions and points in the hemisphere above a surface. Screen-space methods sample points inside it (Ritschel et al.
+// 2009; Mittring 2007).
 import package::common::math::PI;
 
 /// Point `i` of `count` inside the unit hemisphere around `normal`, distributed evenly over its volume. `random`
@@ -25,4 +25,14 @@ fn shell_point(normal: vec3f, inner: f32, i: u32, count: u32, random: vec2f) -> 
     let direction = across * (cos(angle) * tangent + sin(angle) * bitangent) + height * normal;
     // The volume within r grows with its cube.
     return direction * pow(mix(inner * inner * inner, 1.0, stratum), 1.0 / 3.0);
+}
+
+/// A direction around `normal` with a cosine-weighted density.
+fn cosine_direction(normal: vec3f, random: vec2f) -> vec3f {
+    let helper = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.x) > 0.7);
+    let tangent = normalize(cross(helper, normal));
+    let radius = sqrt(random.x);
+    let angle = 2.0 * PI * random.y;
+    return radius * cos(angle) * tangent + radius * sin(angle) * cross(normal, tangent)
+        + sqrt(max(1.0 - random.x, 0.0)) * normal;
 }

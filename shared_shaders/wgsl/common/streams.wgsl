@@ -34,6 +34,9 @@ const RAY_STREAM: u32 = 2056u;
 /// Ray march, jitter of the steps: 1 stream.
 const RAY_JITTER_STREAM: u32 = 2057u;
 
+/// Sky light, directions of the rays: 1 stream.
+const SKY_STREAM: u32 = 2058u;
+
 /// Hybrid, screen samples: 1 stream.
 const NEAR_STREAM: u32 = 3072u;
 /// Hybrid, virtual point lights: 1 stream.

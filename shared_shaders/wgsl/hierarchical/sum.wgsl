@@ -1,4 +1,4 @@
-// Adds one more bounce to the light of all bounces so far.
+// Adds light to the light so far: one more bounce, or that of the sky.
 
 @group(0) @binding(0) var light: texture_2d<f32>;
 @group(0) @binding(1) var so_far: texture_2d<f32>;

@@ -1,10 +1,13 @@
 // variants: ambient, packed
 // Horizon-based indirect lighting (Mayaux 2018): along each side of a slice, a sample above the horizon so far lights
 // the receiver through the angle between the two. Everything below the horizon is occluded, because the depth buffer is
-// taken as a height field. With `ambient`, the environment adds the irradiance of the normal times ambient visibility.
-// Light is in rgb, ambient visibility in a.
+// taken as a height field. With `ambient`, the environment adds the irradiance of the normal times ambient visibility,
+// less the sides on which a voxel of the scene is in the way: what is off the screen closes a room, too. Light is in rgb,
+// ambient visibility in a.
 import package::common::math::{most, spread2};
 @if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor};
+@if(ambient) import package::scene_voxels::sees::{RayEnd, sees_sky};
+@if(ambient) import package::scene_voxels::sky_of_receiver::world_end;
 import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
 import package::common::plane::plane_radiance;
@@ -72,6 +75,14 @@ fn take(walk: ptr<function, Walk>, receiver: Receiver, slice: Slice, radius: f32
     (*walk).way = (*walk).way * (*walk).strides.factor + (*walk).strides.addend;
 }
 
+/// Whether a direction of a side's open arc sees the sky.
+@if(ambient)
+fn side_sees_sky(walk: Walk, receiver: Receiver, slice: Slice, end_of_ray: RayEnd, sign: f32, chance: f32) -> bool {
+    let angle = chance * acos(clamp(walk.horizon, -1.0, 1.0));
+    let direction = cos(angle) * receiver.to_eye + sign * sin(angle) * slice.tangent;
+    return sees_sky(end_of_ray, (view.view_to_world * vec4f(direction, 0.0)).xyz);
+}
+
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
     let pixel = tiled_pixel(group, local);
@@ -89,6 +100,10 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
     let random = spread2(pixel, view.frame, SLICE_STREAM, view.seed, false);
     let radius = params.radius / receiver.depth;
     var sum = vec4f(0.0, 0.0, 0.0, 1.0);
+    @if(ambient) let end_of_ray = world_end(receiver, view.view_to_world);
+    // Arcs that are open to the sky, and on the screen.
+    @if(ambient) var to_sky = 0.0;
+    @if(ambient) var on_screen = 0.0;
     for (var i = 0u; i < SLICES; i++) {
         let slice = slice_of(receiver, (f32(i) + random.x) / f32(SLICES));
         let jitter = select(0.5, fract(random.y + GOLDEN * f32(i)), JITTER);
@@ -107,12 +122,22 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
         let both = vec4f(right.light + left.light, right.open + left.open);
         let all = slice.cos_angle + slice.angle * slice.sin_angle;
         sum += slice.weight / f32(SLICES) * (both - vec4f(0.0, 0.0, 0.0, all));
+        @if(ambient) {
+            let arcs = max(vec2f(right.open, left.open), vec2f(0.0)) * slice.weight;
+            let seen = vec2<bool>(
+                side_sees_sky(right, receiver, slice, end_of_ray, 1.0, jitter),
+                side_sees_sky(left, receiver, slice, end_of_ray, -1.0, other),
+            );
+            to_sky += dot(select(vec2f(0.0), arcs, seen), vec2f(1.0));
+            on_screen += arcs.x + arcs.y;
+        }
     }
     @if(ambient) {
         let world = (view.view_to_world * vec4f(receiver.normal, 0.0)).xyz;
+        let seen = max(sum.w, 0.0) * to_sky / max(on_screen, 1e-30);
         for (var i = 0u; i < 9u; i++) {
             let part = irradiance_factor(i, world) * environment[IRRADIANCE + i].rgb;
-            sum += vec4f(part * max(sum.w, 0.0), 0.0);
+            sum += vec4f(part * seen, 0.0);
         }
         // The polynomial may be negative where the sky is dark.
         sum = max(sum, vec4f(0.0));

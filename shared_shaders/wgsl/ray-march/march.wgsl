@@ -2,9 +2,12 @@
 // Screen-space ray marching (Sousa et al. 2011): rays of random, cosine-distributed directions advance along the screen
 // until one is behind the visible surface by less than the thickness. The hit surface lights the receiver. Without
 // `light`, only ambient visibility is found: the share of rays that hit nothing. With `ambient`, those rays see the
-// environment.
-import package::common::math::{PI, random3, spread2};
+// environment, unless a voxel of the scene is in the way: what is off the screen closes a room, too.
+import package::common::hemisphere::cosine_direction;
+import package::common::math::{random3, spread2};
 @if(ambient && light) import package::common::environment::{MAP, latlong};
+@if(ambient && light) import package::scene_voxels::sees::sees_sky;
+@if(ambient && light) import package::scene_voxels::sky_of_receiver::world_end;
 import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
@@ -87,16 +90,6 @@ fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> v
     return vec4f(0.0, 0.0, 0.0, 1.0);
 }
 
-/// A direction around `normal` with a cosine-weighted density.
-fn cosine_direction(normal: vec3f, random: vec2f) -> vec3f {
-    let helper = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.x) > 0.7);
-    let tangent = normalize(cross(helper, normal));
-    let radius = sqrt(random.x);
-    let angle = 2.0 * PI * random.y;
-    return radius * cos(angle) * tangent + radius * sin(angle) * cross(normal, tangent)
-        + sqrt(max(1.0 - random.x, 0.0)) * normal;
-}
-
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
     let pixel = tiled_pixel(group, local);
@@ -114,6 +107,7 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
     let random = spread2(pixel, view.frame, RAY_STREAM, view.seed, false);
     let jitter = random3(pixel, view.frame, RAY_JITTER_STREAM, view.seed).x;
     var sum = vec4f(0.0);
+    @if(ambient && light) let sky_end = world_end(receiver, view.view_to_world);
     for (var i = 0u; i < RAYS; i++) {
         // The rays of a pixel are stratified over the hemisphere.
         let position = fract(random + vec2f((f32(i) + 0.5) / f32(RAYS), GOLDEN * f32(i)));
@@ -121,7 +115,9 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
         var found = march(receiver, direction, fract(jitter + GOLDEN * f32(i)), screen);
         @if(ambient && light) {
             let world = (view.view_to_world * vec4f(direction, 0.0)).xyz;
-            found += vec4f(found.w * environment[MAP + latlong(world, environment[0].xy)].rgb, 0.0);
+            if found.w > 0.0 && sees_sky(sky_end, world) {
+                found += vec4f(environment[MAP + latlong(world, environment[0].xy)].rgb, 0.0);
+            }
         }
         sum += found / f32(RAYS);
     }

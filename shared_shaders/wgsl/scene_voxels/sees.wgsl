@@ -1,4 +1,4 @@
-// Visibility between two positions of the scene, by the scene's voxel grid.
+// Visibility between two positions of the scene, and of the sky, by the scene's voxel grid.
 import package::scene_voxels::grid::{Grid, word_index, grid_position};
 import package::scene_voxels::march::{begin_walk, way_out, next_voxel};
 
@@ -48,6 +48,26 @@ fn sees(receiver: RayEnd, source: RayEnd) -> bool {
         start = receiver.position + receiver.clear * receiver.normal;
         goal = source.position + source.clear * source.normal;
     }
+    return !is_blocked(start, goal);
+}
+
+/// Whether the grid has no occluder between a surface and the sky in this direction (a unit vector).
+fn sees_sky(receiver: RayEnd, direction: vec3f) -> bool {
+    if dot(direction, receiver.normal) <= 0.0 {
+        return false;
+    }
+    // Nothing of the ray is left out, because a ray that begins later passes through nearby walls: a closed room is
+    // exactly dark.
+    let lifted = receiver.position + receiver.clear * receiver.normal;
+    // Where the ray leaves the grid.
+    let side = select(vec3f(0.0), vec3f(grid.size), direction > vec3f(0.0));
+    let ends = (side - lifted) / select(direction, vec3f(1e-9), abs(direction) < vec3f(1e-9));
+    let end = min(ends.x, min(ends.y, ends.z));
+    return end <= 0.0 || !is_blocked(lifted, lifted + end * direction);
+}
+
+/// Whether an occupied voxel lies between two positions, in voxels.
+fn is_blocked(start: vec3f, goal: vec3f) -> bool {
     var walk = begin_walk(start, goal);
     var blocked = false;
     // A segment crosses at most as many boundaries as there are voxels along the three axes.
@@ -63,5 +83,5 @@ fn sees(receiver: RayEnd, source: RayEnd) -> bool {
         }
         walk = next_voxel(walk);
     }
-    return !blocked;
+    return blocked;
 }

@@ -10,7 +10,7 @@ use halflight_renderer::{
         Inputs, Storage, UpsamplingKernel,
         resolution::{Level, Upsampling, to_display},
         rsm::ReflectiveShadowMap,
-        slices::denoised,
+        denoise::denoised,
     },
     parameters::SettingsError,
     scene::{ShadowLayer, shadow_view},

@@ -103,7 +103,8 @@ impl Viewer {
         let error = side
             .rel_mse
             .map_or(String::new(), |error| format!("  root relMSE {} vs. reference", numbers::percent(error)));
-        format!("{name}{}  {time}{error}", side.configuration().technique)
+        let notes: String = side.plan().notes.iter().map(|note| format!("\n{note}")).collect();
+        format!("{name}{}  {time}{error}{notes}", side.configuration().technique)
     }
 
     /// What is shown instead of a picture; `None` if there is one.

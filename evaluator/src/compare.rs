@@ -68,10 +68,18 @@ pub fn compare(image: &Path, reference: &Path) -> Result<Comparison, Error> {
         return Err(Error::BadInput(sentence));
     }
     // An image of depth alone is the thing compared, not a mask.
-    let mask = b.surface_mask().filter(|_| b.channels.len() > 1);
+    let surfaces = b.surface_mask().filter(|_| b.channels.len() > 1);
+    // One pixel that is not finite would make every mean so.
+    let finite: Vec<bool> = (0..b.pixel_count()).map(|index| a.is_finite(index) && b.is_finite(index)).collect();
+    let broken = finite.iter().filter(|finite| !**finite).count();
+    let mask = match surfaces {
+        Some(mask) => Some(mask.iter().zip(&finite).map(|(surface, finite)| *surface && *finite).collect()),
+        None => (broken > 0).then_some(finite),
+    };
     let counted_pixels = mask.as_ref().map_or(b.pixel_count(), |mask| mask.iter().filter(|counts| **counts).count());
     if counted_pixels == 0 {
-        return Err(Error::BadInput(format!("{} shows no surface: nothing to compare", reference.display())));
+        let what = if broken > 0 { "no surface whose pixels are finite" } else { "no surface" };
+        return Err(Error::BadInput(format!("{} shows {what}: nothing to compare", reference.display())));
     }
 
     let layers = [("final", a.rgb("").zip(b.rgb(""))), ("albedo * indirect", reflected(&a).zip(reflected(&b)))];
@@ -93,6 +101,8 @@ pub fn compare(image: &Path, reference: &Path) -> Result<Comparison, Error> {
     let notes = files.iter().zip(is_png).filter(|(_, png)| *png).map(|(path, _)| {
         format!("{} is a PNG: its linear metrics see 8-bit, clipped, tone-mapped values", path.display())
     });
+    let left_out = (broken > 0).then(|| format!("{broken} pixels are not finite in one of the files and do not count"));
+    let notes = notes.chain(left_out);
     Ok(Comparison {
         image: image.into(),
         reference: reference.into(),
@@ -156,6 +166,11 @@ impl fmt::Display for Comparison {
     }
 }
 
+/// How much larger a mean is than that of the reference, relative to it. Equal means differ by 0, also if both are black.
+fn difference(mean: f64, reference: f64) -> f64 {
+    if mean == reference { 0.0 } else { mean / reference - 1.0 }
+}
+
 impl LayerComparison {
     /// Name, value and unit of every metric, in reading order.
     fn lines(&self) -> Vec<(&'static str, String, &'static str)> {
@@ -163,7 +178,7 @@ impl LayerComparison {
         let mut lines = vec![
             line("mean", self.mean, "radiance"),
             line("mean of reference", self.reference_mean, "radiance"),
-            ("difference of means", percent(self.mean / self.reference_mean - 1.0), ""),
+            ("difference of means", percent(difference(self.mean, self.reference_mean)), ""),
             line("relative RMSE, 8x8", self.block_relative_rmse, "over block means"),
         ];
         let metrics = METRICS.iter().filter(|metric| layer_key(metric).is_some());

@@ -22,7 +22,8 @@ pub enum AdapterChoice {
     Gpu,
     /// Only software adapters (lavapipe, SwiftShader, WARP).
     Software,
-    /// The first adapter whose name holds this text, letter case ignored.
+    /// The first adapter whose name holds this text, letter case ignored. If the text is a number, the adapter of that
+    /// number in the list of [`adapters`], from 1: it tells apart adapters of one name.
     Named(String),
 }
 
@@ -67,14 +68,21 @@ impl NativeGpu {
         found.sort_by_key(|adapter| preference(adapter.get_info().device_type));
         let software = |adapter: &wgpu::Adapter| adapter.get_info().device_type == wgpu::DeviceType::Cpu;
         let names: Vec<String> = found.iter().map(|adapter| adapter.get_info().name).collect();
+        let number = match choice {
+            AdapterChoice::Named(text) => text.parse::<usize>().ok().filter(|number| (1..=found.len()).contains(number)),
+            _ => None,
+        };
         let adapter = found
             .into_iter()
-            .find(|adapter| match choice {
+            .enumerate()
+            .find(|(index, adapter)| match choice {
+                _ if number.is_some() => number == Some(index + 1),
                 AdapterChoice::Any => true,
                 AdapterChoice::Gpu => !software(adapter),
                 AdapterChoice::Software => software(adapter),
                 AdapterChoice::Named(name) => adapter.get_info().name.to_lowercase().contains(&name.to_lowercase()),
             })
+            .map(|(_, adapter)| adapter)
             .ok_or_else(|| DeviceError(missing(choice, &names)))?;
         let info = adapter.get_info();
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
@@ -88,6 +96,25 @@ impl NativeGpu {
         })?;
         let handler = Handler::of(&device);
         Ok(Self { gpu: Gpu::new(device, queue), info, _handler: handler })
+    }
+
+    /// What `make` makes on the device. What a device can hold is not known before it is asked.
+    ///
+    /// # Errors
+    /// If the device refuses something, for example because it is too large: what it said.
+    pub fn refusals<T>(&self, make: impl FnOnce() -> T) -> Result<T, DeviceError> {
+        let memory = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let limits = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let made = make();
+        // The scope that was opened last ends first.
+        let refused = [pollster::block_on(limits.pop()), pollster::block_on(memory.pop())];
+        match refused.into_iter().flatten().next() {
+            None => Ok(made),
+            Some(error) => {
+                let said = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+                Err(DeviceError(format!("the device refused ({said})")))
+            }
+        }
     }
 
     /// Whether the adapter runs on the processor; its times compare only as ratios.
@@ -168,7 +195,8 @@ fn missing(choice: &AdapterChoice, names: &[String]) -> String {
         (AdapterChoice::Gpu, _) => format!("no GPU was found, only {}: use --adapter software", names.join(", ")),
         (AdapterChoice::Software, _) => format!("no software adapter was found: {install}, or use --adapter gpu"),
         (AdapterChoice::Named(name), _) => {
-            format!("no adapter is called \"{name}\": choose one of {}", names.join(", "))
+            let numbered: Vec<_> = (1..).zip(names).map(|(number, name)| format!("{number} ({name})")).collect();
+            format!("no adapter is called \"{name}\": choose one of {}", numbered.join(", "))
         }
         (AdapterChoice::Any, _) => format!("no adapter can be used: {install}"),
     }

@@ -71,6 +71,11 @@ impl Image {
         self.width as usize * self.height as usize
     }
 
+    /// Whether all channels of a pixel are finite.
+    pub fn is_finite(&self, pixel: usize) -> bool {
+        self.channels.values().all(|channel| channel[pixel].is_finite())
+    }
+
     /// Sets one channel.
     ///
     /// # Panics

@@ -37,7 +37,7 @@ pub(super) struct ExplainArgs {
     /// Direct light that the technique reads: rendered (shadow maps) or truth (path-traced).
     #[arg(long, value_name = "SOURCE", default_value = "rendered", value_parser = ["rendered", "truth"])]
     direct: String,
-    /// Adapter: any, gpu, software, or part of a name.
+    /// Adapter: any, gpu, software, part of a name, or its number in `evaluator list adapters`.
     #[arg(long, default_value = "any")]
     adapter: String,
     /// Seed of the image that is explained.
@@ -101,6 +101,7 @@ pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
         ("Seed", args.seed.to_string()),
         ("Adapter", native.info.name.clone()),
         ("Commit", COMMIT.to_owned()),
+        ("Warnings", if scene.warnings.is_empty() { "none".into() } else { scene.warnings.join("; ") }),
     ];
     let written = args.out.as_ref().map_or(Ok(()), |folder| {
         explanation.write(folder, &facts)?;

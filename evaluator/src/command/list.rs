@@ -42,12 +42,13 @@ pub(super) fn main(args: &ListArgs) -> Result<(), Error> {
                 })
                 .collect()
         }
-        What::Adapters => halflight_native::adapters()
-            .iter()
-            .map(|info| {
+        What::Adapters => (1..)
+            .zip(halflight_native::adapters())
+            .map(|(number, info)| {
+                let driver = format!("{} {}", info.driver, info.driver_info);
                 let summary =
-                    format!("{:?}, {:?}, {} {}", info.device_type, info.backend, info.driver, info.driver_info);
-                json!({ "name": info.name, "summary": summary })
+                    format!("--adapter {number}: {:?}, {:?}, {driver}", info.device_type, info.backend);
+                json!({ "name": info.name, "number": number, "summary": summary })
             })
             .collect(),
         What::Scenes => halflight_scenes::generators::NAMES

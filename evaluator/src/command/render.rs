@@ -47,7 +47,7 @@ pub(super) struct RenderArgs {
     /// Direct light that the technique reads: rendered (shadow maps) or truth (path-traced).
     #[arg(long, value_name = "SOURCE", default_value = "rendered", value_parser = ["rendered", "truth"])]
     direct: String,
-    /// Adapter: any, gpu, software, or part of a name.
+    /// Adapter: any, gpu, software, part of a name, or its number in `evaluator list adapters`.
     #[arg(long, default_value = "any")]
     adapter: String,
     /// Seed of every random number.
@@ -150,6 +150,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
             ("seed", args.seed.to_string()),
             ("adapter", native.info.name.clone()),
             ("commit", COMMIT.to_owned()),
+            ("warnings", scene.warnings.iter().chain(&frames.plan().notes).cloned().collect::<Vec<_>>().join("; ")),
         ];
         image.metadata.extend(facts.map(|(key, value)| (key.to_owned(), value)));
         image.write_exr(&args.out, Precision::Full)?;
@@ -171,9 +172,11 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
 pub(super) fn plan(args: &PlanArgs) -> Result<(), Error> {
     let (technique, settings) = args.technique.resolve()?;
     let scene = open_scene(&args.scene.scene)?;
+    print_warnings(&scene.warnings);
     let facts = halflight_renderer::scene::SceneFacts::of(&scene);
-    let plan = halflight_renderer::plan_frame(&facts, technique, &settings, args.size, Default::default())
+    let mut plan = halflight_renderer::plan_frame(&facts, technique, &settings, args.size, Default::default())
         .map_err(|e| Error::BadInput(e.to_string()))?;
+    plan.notes.extend(scene.warnings);
     if let Some(path) = &args.graph {
         if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("svg")) {
             return Err(Error::BadInput(format!("--graph {} is no .svg: name it so", path.display())));

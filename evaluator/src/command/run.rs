@@ -28,7 +28,7 @@ pub(super) struct RunArgs {
     /// Keep the cells that an earlier run of this grid finished.
     #[arg(long)]
     resume: bool,
-    /// Adapter: any, gpu, software, or part of a name.
+    /// Adapter: any, gpu, software, part of a name, or its number in `evaluator list adapters`.
     #[arg(long, default_value = "any")]
     adapter: String,
     /// Run every Nth cell only, beginning with the Ith (from 0), to share a grid among machines.

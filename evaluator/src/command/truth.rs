@@ -53,7 +53,7 @@ pub(super) struct TruthArgs {
     /// Where to write: .exr holds every channel, .png the tone-mapped image.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Adapter: any, gpu, software, or part of a name.
+    /// Adapter: any, gpu, software, part of a name, or its number in `evaluator list adapters`.
     #[arg(long, default_value = "any")]
     adapter: String,
 }
@@ -111,6 +111,7 @@ pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
         ("seed", args.seed.to_string()),
         ("inputs", traced.inputs.to_string()),
         ("commit", COMMIT.to_owned()),
+        ("warnings", scene.warnings.join("; ")),
     ];
     image.metadata.extend(facts.map(|(key, value)| (key.to_owned(), value)));
     if exr {

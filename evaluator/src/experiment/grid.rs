@@ -44,6 +44,10 @@ pub struct Grid {
     pub cells: Vec<Cell>,
 }
 
+/// Most configurations of a grid. Each takes about a kilobyte before anything is measured, and a second or more to
+/// measure.
+const MOST_CELLS: u64 = 100_000;
+
 /// One configuration.
 #[derive(Clone, Debug)]
 pub struct Cell {
@@ -92,8 +96,21 @@ impl Grid {
         if !["rendered", "truth"].contains(&direct) {
             return Err(file.error("direct", format_args!("is \"{direct}\"; choose \"rendered\" or \"truth\"")));
         }
+        let sweeps = file.tables("sweep", &["technique", "fixed", "grid"])?;
+        // Counted before they are made: a product grows fast.
+        let count = sweeps.iter().map(combinations).try_fold(0u64, |sum, count| Ok(sum.saturating_add(count?)))?;
+        let count = count.saturating_mul(scenes.len() as u64).saturating_mul(sizes.len() as u64);
+        if count > MOST_CELLS {
+            return Err(file.error(
+                "sweep",
+                format_args!(
+                    "gives {count} configurations over all scenes and sizes, of a second or more each; at most \
+                     {MOST_CELLS} are run: list fewer values, or split the sweep into several files"
+                ),
+            ));
+        }
         let mut cells = Vec::new();
-        for sweep in file.tables("sweep", &["technique", "fixed", "grid"])? {
+        for sweep in sweeps {
             expand(&sweep, &mut cells)?;
         }
         if cells.is_empty() {
@@ -124,6 +141,12 @@ impl Grid {
 fn find(grid: &Path, scene: &str) -> PathBuf {
     let beside = grid.parent().unwrap_or(Path::new("")).join(scene);
     if !Path::new(scene).exists() && beside.exists() { beside } else { scene.into() }
+}
+
+/// Number of combinations of a sweep's grid.
+fn combinations(sweep: &Table) -> Result<u64, SceneError> {
+    let lengths = sweep.entries("grid")?.into_iter().map(|(_, values)| values.get_ref().as_array().map_or(1, |list| list.len()));
+    Ok(lengths.fold(1, |product: u64, length| product.saturating_mul(length as u64)))
 }
 
 /// All combinations of a sweep's grid, on top of what it fixes.
@@ -186,6 +209,20 @@ mod tests {
         let of = |i: usize| keys.map(|key| grid.cells[i].settings[key].to_string()).join(" ");
         assert_eq!(of(0), "20 half 16");
         assert_eq!(of(5), "20 quarter 256");
+    }
+
+    #[test]
+    fn a_grid_that_nobody_could_run_is_counted_and_refused() {
+        let list = |count: u32| (1..=count).map(|v| v.to_string()).collect::<Vec<_>>().join(",");
+        let text = format!(
+            "scenes = ['a', 'b']\nsize = ['1x1', '2x2']\n[[sweep]]\ntechnique = 'hierarchical'\n\
+             grid = {{ samples = [{}], levels = [{}], samples_per_ray = [{}] }}",
+            list(1024),
+            list(8),
+            list(64)
+        );
+        let sentence = parse(&text).expect_err("too many").to_string();
+        assert!(sentence.contains("2097152 configurations") && sentence.starts_with("g.toml:3"), "{sentence}");
     }
 
     #[test]

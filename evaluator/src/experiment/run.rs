@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use halflight_metrics::MetricId;
 use halflight_native::NativeGpu;
-use halflight_output::OutputFolder;
+use halflight_output::{OutputFolder, terminal};
 use halflight_renderer::parameters::Settings;
 use halflight_scenes::Scene;
 use halflight_techniques::invocation::Invocation;
@@ -39,6 +39,9 @@ pub struct RunOptions<'a> {
 pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), Error> {
     let scenes =
         grid.scenes.iter().map(|path| Ok((path.as_path(), open_scene(path)?))).collect::<Result<Vec<_>, Error>>()?;
+    for (_, scene) in &scenes {
+        scene.warnings.iter().for_each(|warning| terminal::note(format_args!("warning: {warning}")));
+    }
     let total = scenes.len() * grid.sizes.len() * grid.cells.len();
     let folder = prepare_folder(options, total)?;
     let mut report = empty_report(grid, options, &scenes);
@@ -168,7 +171,7 @@ fn noisy_reference(row: &Measurement, asked: f32) -> Option<String> {
 /// the column `left_out` alone, because every technique of screen space leaves it out.
 fn left_out(row: &Measurement) -> Option<String> {
     let kinds: Vec<_> = row.left_out.split(", ").filter(|kind| !kind.is_empty() && !kind.contains("off the screen")).collect();
-    (!kinds.is_empty()).then(|| format!("{} leaves out light of {} in {}", row.technique, kinds.join(", of "), row.scene))
+    (!kinds.is_empty()).then(|| format!("{} leaves out indirect light of {} in {}", row.technique, kinds.join(", of "), row.scene))
 }
 
 /// A cell's settings that differ from the defaults, in words.

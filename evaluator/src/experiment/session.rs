@@ -210,7 +210,11 @@ impl<'a> Session<'a> {
         view.seed = seed;
         // Between two frames nothing changes unless the scene says so.
         view.continuity = Continuity::Static;
-        let recording = CompiledGraph::new(gpu, plan, externals);
+        let recording = self.native.refusals(|| CompiledGraph::new(gpu, plan, externals)).map_err(|refused| {
+            Error::BadInput(format!(
+                "{refused}: make the image smaller, use fewer lights, or lower direct.shadow_map_size"
+            ))
+        })?;
         let motion = SceneMotion::new(self.scene, &self.buffers);
         Ok(Frames { gpu, timing: Timing::of(self.native), recording, view, motion })
     }

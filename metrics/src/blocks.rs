@@ -24,10 +24,11 @@ pub fn block_mean(image: &[Rgb], width: u32, n: u32, mask: Option<&[bool]>) -> V
         .collect()
 }
 
-/// `sqrt(mean((a - b)^2)) / mean(b)` over pixels (or blocks) and channels.
+/// `sqrt(mean((a - b)^2)) / mean(b)` over pixels (or blocks) and channels; 0 for equal images, also if both are black.
 ///
 /// # Panics
 /// If the sizes differ.
 pub fn relative_rmse(a: &[Rgb], b: &[Rgb]) -> f64 {
-    rmse(&LinearPair::new(a, b, None)) / mean(b, None)
+    let error = rmse(&LinearPair::new(a, b, None));
+    if error == 0.0 { 0.0 } else { error / mean(b, None) }
 }

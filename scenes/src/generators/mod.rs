@@ -9,6 +9,7 @@ mod build;
 mod cornell;
 mod furnace;
 mod motion;
+mod parts;
 mod statue;
 mod textures;
 

@@ -10,6 +10,8 @@ mod cornell;
 mod furnace;
 mod motion;
 mod parts;
+mod room;
+mod solids;
 mod statue;
 mod textures;
 
@@ -27,7 +29,7 @@ pub struct Geometry {
 }
 
 /// The names of all generators; each has a scene file `scenes/NAME.toml`.
-pub const NAMES: &[&str] = &["atrium", "bars", "cornell", "furnace", "motion", "statue"];
+pub const NAMES: &[&str] = &["atrium", "bars", "cornell", "furnace", "motion", "room", "statue"];
 
 /// Builds the scene of this name; `None` for a name that is not in [`NAMES`].
 pub fn geometry(name: &str) -> Option<Geometry> {
@@ -37,6 +39,7 @@ pub fn geometry(name: &str) -> Option<Geometry> {
         "cornell" => Some(cornell::build()),
         "furnace" => Some(furnace::build()),
         "motion" => Some(motion::build()),
+        "room" => Some(room::build()),
         "statue" => Some(statue::build()),
         _ => None,
     }

@@ -56,6 +56,7 @@ fn triangle_counts() {
         ("cornell", 30..31),
         ("furnace", 100..1_000),
         ("motion", 24..25),
+        ("room", 20_000..60_000),
         ("statue", 5_000..12_000),
     ] {
         let triangles = count(&geometry(name).unwrap());

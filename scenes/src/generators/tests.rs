@@ -53,11 +53,14 @@ fn triangle_counts() {
     for (name, range) in [
         ("atrium", 100_000..300_000),
         ("bars", 1_000..5_000),
+        ("cameras", 1_000..5_000),
         ("cornell", 30..31),
         ("furnace", 100..1_000),
+        ("lights", 3_000..8_000),
         ("motion", 24..25),
         ("room", 20_000..60_000),
         ("statue", 5_000..12_000),
+        ("translucent", 3_000..10_000),
     ] {
         let triangles = count(&geometry(name).unwrap());
         assert!(range.contains(&triangles), "{name}: {triangles} triangles");

@@ -1,11 +1,14 @@
 #![allow(clippy::unwrap_used)]
 
-use std::{f32::consts::TAU, path::Path};
+use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3, vec2, vec3};
 
 use super::*;
-use crate::{DiskFiles, Mesh, generators::build::Chance, load_scene};
+use crate::{
+    Mesh,
+    generators::{build::Chance, rays},
+};
 
 /// The eye of scenes/room.toml.
 const EYE: Vec3 = vec3(2.62, 1.42, 1.9);
@@ -20,22 +23,7 @@ fn points(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
 
 /// Distance along a ray to the nearest triangle of a mesh.
 fn hit(mesh: &Mesh, origin: Vec3, direction: Vec3) -> Option<f32> {
-    let corners = |t: &[u32]| [0, 1, 2].map(|k| Vec3::from(mesh.positions[t[k] as usize]));
-    mesh.indices
-        .chunks_exact(3)
-        .filter_map(|t| {
-            let [a, b, c] = corners(t);
-            let (e, f) = (b - a, c - a);
-            let p = direction.cross(f);
-            let determinant = e.dot(p);
-            let s = (origin - a) / determinant;
-            let q = s.cross(e);
-            let (u, v) = (s.dot(p), direction.dot(q));
-            let distance = f.dot(q);
-            // A ray in the plane of the triangle gives infinity or NaN and fails these comparisons.
-            (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0).then_some(distance)
-        })
-        .min_by(f32::total_cmp)
+    rays::hit(mesh, origin, direction).map(|(distance, _)| distance)
 }
 
 /// Uniform on the sphere.
@@ -122,8 +110,7 @@ fn everything_is_inside_the_walls() {
 
 #[test]
 fn the_scene_file_loads_with_its_sky() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("room.toml");
-    let scene = load_scene(&DiskFiles, &path).unwrap();
+    let scene = rays::bundled("room");
     assert_eq!(scene.warnings, Vec::<String>::new());
     assert_eq!((scene.lights.len(), scene.camera.eye), (0, EYE.to_array()));
     let sky = scene.environment.unwrap();

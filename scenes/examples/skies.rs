@@ -60,10 +60,10 @@ fn directions(direction: Vec3) -> Vec3 {
     0.5 * direction + 0.5
 }
 
-/// A clear evening: blue above, warm near the horizon towards the sun, which is 20 degrees high. Its disc is blurred to
+/// A clear evening: blue above, warm near the horizon towards the sun, which is 21 degrees high. Its disc is blurred to
 /// a width of about four degrees, so that the largest radiance stays moderate at the same irradiance.
 fn evening(direction: Vec3) -> Vec3 {
-    let sun = vec3(-0.86, 0.34, 0.40).normalize();
+    let sun = vec3(-0.90, 0.36, 0.29).normalize();
     let angle = direction.angle_between(sun).to_degrees();
     let towards = 0.5 + 0.5 * direction.with_y(0.0).normalize_or(Vec3::X).dot(sun.with_y(0.0).normalize());
     let low = (-5.0 * direction.y.abs()).exp();

@@ -156,11 +156,17 @@ fn shared_area(a: [Vec2; 3], b: [Vec2; 3]) -> f32 {
     if polygon.len() < 3 { 0.0 } else { 0.5 * doubled(&polygon).abs() }
 }
 
+/// Scenes whose parts stand apart, so that not even faces with opposite normals share a plane.
+const APART: [&str; 4] = ["cameras", "lights", "room", "translucent"];
+
 /// Overlapping faces in the same plane with the same normal would flicker.
 #[test]
 fn no_two_axis_aligned_faces_overlap_in_a_plane() {
     for (name, geometry) in all() {
-        // Plane: axis, sign, and offset in steps of half a millimetre. Faces: the triangle in that plane.
+        let apart = APART.contains(&name);
+        // Plane: axis, sign, and offset in steps of half a millimetre, or of a tenth where parts stand apart. Faces: the
+        // triangle in that plane.
+        let steps = if apart { 10_000.0 } else { 2000.0 };
         let mut planes: HashMap<_, Vec<([Vec2; 3], &str)>> = HashMap::new();
         for mesh in &geometry.meshes {
             for (corners, _) in triangles(mesh) {
@@ -168,7 +174,7 @@ fn no_two_axis_aligned_faces_overlap_in_a_plane() {
                 let axis = normal.abs().max_position();
                 if normal[axis].abs() > 0.9999 {
                     let flat = corners.map(|p| Vec2::new(p[(axis + 1) % 3], p[(axis + 2) % 3]));
-                    let plane = (axis, normal[axis] > 0.0, (corners[0][axis] * 2000.0).round() as i32);
+                    let plane = (axis, apart || normal[axis] > 0.0, (corners[0][axis] * steps).round() as i32);
                     planes.entry(plane).or_default().push((flat, &mesh.name));
                 }
             }

@@ -6,11 +6,17 @@
 mod atrium;
 mod bars;
 mod build;
+mod cameras;
 mod cornell;
 mod furnace;
+mod lights;
 mod motion;
+mod parts;
+mod room;
+mod solids;
 mod statue;
 mod textures;
+mod translucent;
 
 use crate::{Material, Mesh, Texture};
 
@@ -26,20 +32,29 @@ pub struct Geometry {
 }
 
 /// The names of all generators; each has a scene file `scenes/NAME.toml`.
-pub const NAMES: &[&str] = &["atrium", "bars", "cornell", "furnace", "motion", "statue"];
+pub const NAMES: &[&str] =
+    &["atrium", "bars", "cameras", "cornell", "furnace", "lights", "motion", "room", "statue", "translucent"];
 
 /// Builds the scene of this name; `None` for a name that is not in [`NAMES`].
 pub fn geometry(name: &str) -> Option<Geometry> {
     match name {
         "atrium" => Some(atrium::build()),
         "bars" => Some(bars::build()),
+        "cameras" => Some(cameras::build()),
         "cornell" => Some(cornell::build()),
         "furnace" => Some(furnace::build()),
+        "lights" => Some(lights::build()),
         "motion" => Some(motion::build()),
+        "room" => Some(room::build()),
         "statue" => Some(statue::build()),
+        "translucent" => Some(translucent::build()),
         _ => None,
     }
 }
 
+#[cfg(test)]
+mod lit;
+#[cfg(test)]
+mod rays;
 #[cfg(test)]
 mod tests;

@@ -53,10 +53,14 @@ fn triangle_counts() {
     for (name, range) in [
         ("atrium", 100_000..300_000),
         ("bars", 1_000..5_000),
+        ("cameras", 1_000..5_000),
         ("cornell", 30..31),
         ("furnace", 100..1_000),
+        ("lights", 3_000..8_000),
         ("motion", 24..25),
+        ("room", 20_000..60_000),
         ("statue", 5_000..12_000),
+        ("translucent", 3_000..10_000),
     ] {
         let triangles = count(&geometry(name).unwrap());
         assert!(range.contains(&triangles), "{name}: {triangles} triangles");
@@ -152,11 +156,17 @@ fn shared_area(a: [Vec2; 3], b: [Vec2; 3]) -> f32 {
     if polygon.len() < 3 { 0.0 } else { 0.5 * doubled(&polygon).abs() }
 }
 
+/// Scenes whose parts stand apart, so that not even faces with opposite normals share a plane.
+const APART: [&str; 4] = ["cameras", "lights", "room", "translucent"];
+
 /// Overlapping faces in the same plane with the same normal would flicker.
 #[test]
 fn no_two_axis_aligned_faces_overlap_in_a_plane() {
     for (name, geometry) in all() {
-        // Plane: axis, sign, and offset in steps of half a millimetre. Faces: the triangle in that plane.
+        let apart = APART.contains(&name);
+        // Plane: axis, sign, and offset in steps of half a millimetre, or of a tenth where parts stand apart. Faces: the
+        // triangle in that plane.
+        let steps = if apart { 10_000.0 } else { 2000.0 };
         let mut planes: HashMap<_, Vec<([Vec2; 3], &str)>> = HashMap::new();
         for mesh in &geometry.meshes {
             for (corners, _) in triangles(mesh) {
@@ -164,7 +174,7 @@ fn no_two_axis_aligned_faces_overlap_in_a_plane() {
                 let axis = normal.abs().max_position();
                 if normal[axis].abs() > 0.9999 {
                     let flat = corners.map(|p| Vec2::new(p[(axis + 1) % 3], p[(axis + 2) % 3]));
-                    let plane = (axis, normal[axis] > 0.0, (corners[0][axis] * 2000.0).round() as i32);
+                    let plane = (axis, apart || normal[axis] > 0.0, (corners[0][axis] * steps).round() as i32);
                     planes.entry(plane).or_default().push((flat, &mesh.name));
                 }
             }

@@ -10,7 +10,7 @@ use super::build::{Chance, hash, unit};
 use crate::Texture;
 
 /// Paints an opaque texture from `colour(u, v)`, u and v in 0..1, v pointing down.
-fn paint(name: &str, [width, height]: [u32; 2], colour: impl Fn(Vec2) -> Vec3) -> Texture {
+pub fn paint(name: &str, [width, height]: [u32; 2], colour: impl Fn(Vec2) -> Vec3) -> Texture {
     let size = vec2(width as f32, height as f32);
     let mut rgba = Vec::with_capacity((width * height * 4) as usize);
     for y in 0..height {
@@ -52,7 +52,7 @@ pub struct Painter {
 }
 
 /// Smooth step from 0 at `a` to 1 at `b`.
-fn step(a: f32, b: f32, x: f32) -> f32 {
+pub fn step(a: f32, b: f32, x: f32) -> f32 {
     let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
@@ -79,7 +79,7 @@ impl Painter {
     }
 
     /// Grain at `uv` (not negative) with period 1. Textures use different offsets.
-    fn grain(&self, uv: Vec2, shift: usize) -> f32 {
+    pub fn grain(&self, uv: Vec2, shift: usize) -> f32 {
         let texel = uv * CLOUD as f32;
         let (x, y) = (texel.x as usize + 131 * shift, texel.y as usize + 197 * shift);
         self.cloud[(y % CLOUD) * CLOUD + x % CLOUD]
@@ -189,6 +189,16 @@ impl Painter {
             let grain = self.grain(uv * vec2(1.0, 8.0), 12);
             let tone = self.grain(uv, 13);
             vec3(0.52, 0.37, 0.25) * (1.0 + 0.55 * grain + 0.2 * tone)
+        })
+    }
+
+    /// Sawn timber of this mean colour with grain along u. `shift` selects its part of the noise.
+    pub fn timber(&self, name: &str, colour: Vec3, shift: usize) -> Texture {
+        paint(name, [256; 2], |uv| {
+            let grain = self.grain(uv * vec2(1.0, 7.0), shift);
+            let tone = self.grain(uv, shift + 1);
+            let pore = step(0.10, 0.22, self.grain(uv * vec2(1.0, 5.0), shift + 2));
+            colour * (1.0 + 0.34 * grain + 0.16 * tone - 0.10 * pore) + vec3(0.015, 0.0, -0.02) * tone
         })
     }
 }

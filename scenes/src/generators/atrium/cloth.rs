@@ -2,13 +2,16 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Vec2, Vec3, vec2, vec3};
+use glam::{Vec3, vec2, vec3};
 
 use super::{
     BAY, Palette, STEP, Side, UPPER, WALL,
     furniture::{ROD, pole},
 };
-use crate::generators::build::{Builder, Chance, Pen};
+use crate::generators::{
+    build::{Builder, Chance, Pen},
+    parts::{Curtain, rug},
+};
 
 /// The state of a curtain.
 #[derive(Clone, Copy, PartialEq)]
@@ -68,11 +71,11 @@ pub fn side(b: &mut Builder, palette: &Palette, side: &Side) {
         let mut pen = b.on(palette.dyes[dye]);
         let seed = bay as u32 * 7 + sunlit as u32;
         match hang {
-            Full => curtain(&mut pen, [centre - half, centre + half], false, seed),
-            Tied(hand) => curtain(&mut pen, [centre + hand * half, centre - hand * half], true, seed),
+            Full => curtain([centre - half, centre + half], false, seed).draw(&mut pen),
+            Tied(hand) => curtain([centre + hand * half, centre - hand * half], true, seed).draw(&mut pen),
             Parted => {
-                curtain(&mut pen, [centre - half, centre - 0.02], true, seed);
-                curtain(&mut pen, [centre + half, centre + 0.02], true, seed + 1);
+                curtain([centre - half, centre - 0.02], true, seed).draw(&mut pen);
+                curtain([centre + half, centre + 0.02], true, seed + 1).draw(&mut pen);
             }
         }
     }
@@ -88,32 +91,10 @@ pub fn side(b: &mut Builder, palette: &Palette, side: &Side) {
 }
 
 /// A curtain from its rod to the gallery floor, from `x[0]`, where a tied one is gathered, to `x[1]`.
-fn curtain(pen: &mut Pen<'_>, x: [f32; 2], tied: bool, seed: u32) {
-    let mut chance = Chance::new(seed);
-    let (phase, sway, span) = (chance.between(0.0, TAU), chance.between(-0.05, 0.05), (x[1] - x[0]).abs());
-    let drop = ROD - STEP - 0.05;
+fn curtain(x: [f32; 2], tied: bool, seed: u32) -> Curtain {
     // About four folds a metre.
-    let folds = (span * 4.2).round();
-    // A tied curtain narrows to the tie at 58 % of its drop, then falls open a little.
-    let width = |t: f32| match tied {
-        true if t < 0.58 => 1.0 - 0.74 * smooth(t / 0.58).powf(1.6),
-        true => 0.26 + 0.14 * smooth((t - 0.58) / 0.3),
-        false => 1.0 - 0.03 * (t * 3.0).sin(),
-    };
-    pen.sheet((folds * if tied { 10.0 } else { 7.0 }) as usize, 18, |s, t| {
-        let gathered = width(t);
-        let depth = (0.030 + 0.035 * t) * (1.0 - 0.35 * (1.0 - gathered));
-        let wave = TAU * folds * (s + 0.03 * (TAU * s * 1.3 + phase + 1.5 * t).sin()) + phase;
-        let across = s * gathered + (if tied { 0.0 } else { sway * t });
-        // The free part of a tied curtain hangs towards its tie.
-        let sag = if tied { 0.10 * s * (1.0 - gathered) * (1.0 - t) } else { 0.015 * (wave * 0.5).sin() * t };
-        let position = vec3(
-            x[0] + (x[1] - x[0]) * across,
-            ROD + 0.02 - drop * t - sag,
-            -0.5 * WALL + depth * wave.sin() + 0.12 * sway * t * (3.0 * s).sin(),
-        );
-        (position, vec2(s, t))
-    });
+    let folds = ((x[1] - x[0]).abs() * 4.2).round();
+    Curtain { x, top: ROD + 0.02, drop: ROD - STEP - 0.05, z: -0.5 * WALL, folds, depth: 1.0, tied, seed }
 }
 
 /// A banner on its own rod, in front of the spandrel above the column at `x`, with a pointed end.
@@ -151,29 +132,4 @@ pub fn court(b: &mut Builder, palette: &Palette) {
     for (i, x) in [(0, -6.0), (1, -2.2), (2, 7.2)] {
         rug(&mut b.on(palette.carpets[i]), vec2(x, 2.05), vec2(3.0, 1.5));
     }
-}
-
-/// A carpet that lies along x: a thin slab, so that it has an edge; `centre` and `size` in (x, z).
-fn rug(pen: &mut Pen<'_>, centre: Vec2, size: Vec2) {
-    let thickness = 0.022;
-    let corner = |i: f32, j: f32, y: f32| vec3(centre.x + size.x * i, y, centre.y + size.y * j);
-    let top = [
-        corner(-0.5, 0.5, thickness),
-        corner(0.5, 0.5, thickness),
-        corner(0.5, -0.5, thickness),
-        corner(-0.5, -0.5, thickness),
-    ];
-    // The texture's long axis is along x.
-    let uvs = [vec2(0.0, 0.0), vec2(0.0, 1.0), vec2(1.0, 1.0), vec2(1.0, 0.0)];
-    pen.quad_uv(top, uvs);
-    for i in 0..4 {
-        let j = (i + 1) % 4;
-        let low = |p: Vec3| vec3(p.x, -0.01, p.z);
-        pen.quad_uv([low(top[i]), low(top[j]), top[j], top[i]], [uvs[i], uvs[j], uvs[j], uvs[i]]);
-    }
-}
-
-fn smooth(t: f32) -> f32 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }

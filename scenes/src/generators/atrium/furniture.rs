@@ -5,7 +5,10 @@ use std::f32::consts::TAU;
 use glam::{Vec3, vec3};
 
 use super::{BAY, DEPTH, HALF, Palette, SPRING, Side, UPPER, WALL};
-use crate::generators::build::{Builder, Pen, Profile};
+use crate::generators::{
+    build::{Builder, Pen, Profile},
+    parts::pot,
+};
 
 /// Height of the curtain rods, metres.
 pub const ROD: f32 = SPRING - 0.16;
@@ -93,37 +96,8 @@ fn flag_pole(b: &mut Builder, palette: &Palette, x: f32) {
 pub fn court(b: &mut Builder, palette: &Palette) {
     fountain(b, palette, vec3(0.6, 0.0, 0.1));
     for (foot, scale, glazed) in pots() {
-        let profile = Profile::new(
-            &[
-                [0.20, -0.02],
-                [0.23, 0.0],
-                [0.24, 0.04],
-                [0.21, 0.07],
-                [0.13, 0.10],
-                [0.105, 0.14],
-                [0.125, 0.165],
-                [0.125, 0.185],
-                [0.16, 0.215],
-                [0.24, 0.29],
-                [0.30, 0.39],
-                [0.32, 0.49],
-                [0.305, 0.58],
-                [0.265, 0.66],
-                [0.25, 0.70],
-                [0.265, 0.735],
-                [0.32, 0.76],
-                [0.345, 0.78],
-                [0.345, 0.81],
-                [0.32, 0.82],
-                [0.285, 0.80],
-                [0.27, 0.74],
-                [0.26, 0.70],
-            ]
-            .map(|p| p.map(|x| x * scale)),
-        );
-        b.on(if glazed { palette.terracotta } else { palette.marble }).lathe(foot, &profile, 22);
-        let soil = Profile::new(&[[0.30, 0.74], [0.0, 0.77]].map(|p| p.map(|x| x * scale)));
-        b.on(palette.soil).lathe(foot, &soil, 16);
+        let glaze = if glazed { palette.terracotta } else { palette.marble };
+        pot(b, glaze, palette.soil, foot, scale);
     }
 }
 

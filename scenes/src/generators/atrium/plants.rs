@@ -2,10 +2,13 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Vec3, vec2, vec3};
+use glam::{Vec3, vec3};
 
 use super::{BAY, Palette, SPRING, STEP, Side, UPPER, WALL, furniture::pots};
-use crate::generators::build::{Builder, Chance, Pen};
+use crate::generators::{
+    build::{Builder, Chance, Pen},
+    parts::{card, palm, shrub},
+};
 
 /// The plants of one side of the court.
 pub fn side(b: &mut Builder, palette: &Palette, side: &Side) {
@@ -38,48 +41,6 @@ pub fn court(b: &mut Builder, palette: &Palette) {
         } else {
             shrub(&mut b.on(palette.leaves), soil, 0.55, &mut chance);
         }
-    }
-}
-
-/// A card of leaves from `base` towards `tip`, `width` wide, facing `facing`, bent by gravity.
-fn card(pen: &mut Pen<'_>, base: Vec3, tip: Vec3, width: f32, facing: Vec3, bend: f32) {
-    let along = tip - base;
-    let across = along.cross(facing).normalize_or(Vec3::X) * (0.5 * width);
-    pen.sheet(1, 2, |s, t| {
-        let droop = Vec3::NEG_Y * (bend * t * t * along.length());
-        (base + along * t + droop + across * (2.0 * s - 1.0), vec2(s, 1.0 - t))
-    });
-}
-
-/// A round bush of sprigs.
-fn shrub(pen: &mut Pen<'_>, foot: Vec3, size: f32, chance: &mut Chance) {
-    for i in 0..34 {
-        let turn = i as f32 * 2.399_963; // the golden angle spreads the sprigs evenly
-        let lean = (i as f32 / 34.0).sqrt() * 1.25;
-        let direction = vec3(lean.sin() * turn.cos(), lean.cos(), lean.sin() * turn.sin());
-        let length = size * chance.between(0.8, 1.25);
-        let facing = vec3(chance.between(-1.0, 1.0), 0.8, chance.between(-1.0, 1.0));
-        card(pen, foot - direction * 0.05, foot + direction * length, length * 0.8, facing, chance.between(0.05, 0.3));
-    }
-}
-
-/// A young feather palm.
-fn palm(pen: &mut Pen<'_>, foot: Vec3, scale: f32, chance: &mut Chance) {
-    for i in 0..13 {
-        let turn = i as f32 * 2.399_963 + chance.between(-0.2, 0.2);
-        let lean = 0.2 + 0.75 * i as f32 / 13.0;
-        let out = vec3(turn.cos(), 0.0, turn.sin());
-        let length = scale * chance.between(1.15, 1.5);
-        let width = 0.34 * scale;
-        pen.sheet(2, 8, |s, t| {
-            let angle = lean + 1.1 * t * t;
-            let spine = foot
-                + (out * (lean.sin() * t + 0.35 * t * t) + Vec3::Y * (lean.cos() * t - 0.55 * lean * t * t * angle))
-                    * length;
-            let side = out.cross(Vec3::Y) * ((2.0 * s - 1.0) * width);
-            let fold = Vec3::Y * (0.35 * width * (2.0 * s - 1.0).abs());
-            (spine + side + fold, vec2(s, 1.0 - t))
-        });
     }
 }
 

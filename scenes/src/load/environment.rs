@@ -20,7 +20,7 @@ pub(super) fn read(reader: &mut Reader, scene_path: &Path, table: &Table) -> Res
     match (radiance, table.text("map")?) {
         (Some(radiance), None) => Ok(Environment::constant(radiance)),
         (None, Some(name)) => {
-            let path = scene_path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/"));
+            let path = scene_path.parent().unwrap_or(Path::new("")).join(name);
             let bytes = reader.files.read(&path).map_err(|error| {
                 let why = reason(&error);
                 let sentence =

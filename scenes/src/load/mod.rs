@@ -4,20 +4,27 @@
 
 mod automatic;
 mod environment;
+mod faces;
 mod files;
+mod images;
 mod keyframes;
 pub mod keys;
 mod mtl;
 mod obj;
+mod origin;
 mod scene_file;
+mod text;
 mod textures;
+mod triangulate;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use files::{DiskFiles, FileSource, MemoryFiles};
 pub use keys::nearest_name;
 
-use crate::{Mesh, Model, ModelSource, Scene, SceneError, Transform};
+use glam::DVec3;
+
+use crate::{Mesh, ModelSource, Scene, SceneError, Transform};
 
 /// Loads a scene: a TOML scene file, or a bare OBJ file, which gets an automatic camera and sun.
 ///
@@ -56,25 +63,38 @@ pub fn load_scene(files: &dyn FileSource, path: &Path) -> Result<Scene, SceneErr
         scene_file::read(&mut reader, path, &bytes)?;
     } else {
         let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        reader.scene.models = vec![Model { source: ModelSource::File(file), transform: Transform::default() }];
-        reader.scene.meshes = obj::read(&mut reader, path, &bytes)?;
+        reader.scene.models = vec![crate::Model { source: ModelSource::File(file), transform: Transform::default() }];
+        let Model { meshes, offset } = obj::read(&mut reader, path, &bytes)?;
+        reader.scene.meshes = meshes;
         reader.scene.meshes.iter_mut().for_each(|mesh| mesh.model = Some(0));
+        let meshes = 0..reader.scene.meshes.len();
+        origin::place(&mut reader, &[origin::Placement { meshes, offset, motion: None }]);
         add_missing(&mut reader.scene, true, true);
     }
+    textures::warn(&mut reader);
     Ok(reader.scene)
+}
+
+/// A model that was read. Its positions are relative to `offset`.
+struct Model {
+    meshes: Vec<Mesh>,
+    offset: DVec3,
 }
 
 /// A scene while it is being read.
 struct Reader<'a> {
     files: &'a dyn FileSource,
+    /// The file that was asked for.
+    path: PathBuf,
     scene: Scene,
-    textures: textures::Found,
+    found: textures::Found,
 }
 
 impl<'a> Reader<'a> {
     fn new(files: &'a dyn FileSource, path: &Path) -> Self {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Self { files, scene: Scene { name, ..Scene::default() }, textures: textures::Found::default() }
+        let scene = Scene { name, ..Scene::default() };
+        Self { files, path: path.to_owned(), scene, found: textures::Found::default() }
     }
 
     fn warn(&mut self, warning: String) {

@@ -133,6 +133,11 @@ mod tests {
         {
             assert_eq!(DiskFiles.read(&folder.join(path)).expect(path), b"brick");
         }
+        // A backslash is part of the name where such a file is.
+        if cfg!(unix) {
+            std::fs::write(folder.join("two\\parts.obj"), "parts").expect("a temporary file");
+            assert_eq!(DiskFiles.read(&folder.join("two\\parts.obj")).expect("as given"), b"parts");
+        }
         let missing = DiskFiles.read(&folder.join("Textures/tile.png")).expect_err("no such file");
         assert_eq!(missing.kind(), io::ErrorKind::NotFound);
         std::fs::remove_dir_all(&folder).expect("the temporary folder is removed");

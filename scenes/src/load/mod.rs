@@ -35,7 +35,7 @@ use crate::{Mesh, ModelSource, Scene, SceneError, Transform};
 /// | `[camera]` | `eye`, `target`; optional: `up`, `vertical_fov_degrees`, `moves` |
 /// | `[[extra_camera]]` | as `[camera]`, without `moves`: another view that screen-space techniques may gather in |
 /// | `[[light]]` | `kind` (`directional`, `spot` or `point`) and what that kind has: `direction`, `irradiance`, `position`, `intensity`, `half_angle_degrees`, `full_intensity_half_angle_degrees`; optional: `moves` |
-/// | `[environment]` | a constant `radiance`, or a `map`: a latitude-longitude EXR file, relative to the scene file |
+/// | `[environment]` | a constant `radiance`, or a `map`: a latitude-longitude file, OpenEXR or Radiance (`.hdr`, `.pic`), relative to the scene file |
 ///
 /// Without `[camera]` the camera is chosen automatically. Without `[[light]]` and `[environment]`, a scene without
 /// emitters gets an automatic sun. `receive_only = true` makes a model receive indirect light and send none.

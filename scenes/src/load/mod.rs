@@ -26,7 +26,7 @@ use glam::DVec3;
 
 use crate::{Mesh, ModelSource, Scene, SceneError, Transform};
 
-/// Loads a scene: a TOML scene file, or a bare OBJ file, which gets an automatic camera and sun.
+/// Loads a scene: a TOML scene file, or a bare OBJ file, which gets an automatic camera, sun and sky.
 ///
 /// | table | keys |
 /// |---|---|
@@ -38,7 +38,7 @@ use crate::{Mesh, ModelSource, Scene, SceneError, Transform};
 /// | `[environment]` | a constant `radiance`, or a `map`: a latitude-longitude file, OpenEXR or Radiance (`.hdr`, `.pic`), relative to the scene file |
 ///
 /// Without `[camera]` the camera is chosen automatically. Without `[[light]]` and `[environment]`, a scene without
-/// emitters gets an automatic sun. `receive_only = true` makes a model receive indirect light and send none.
+/// emitters gets an automatic sun and a soft sky. `receive_only = true` makes a model receive indirect light and send none.
 ///
 /// `moves` is a list of keyframes by ascending `frame`; numbers between two keyframes are interpolated linearly. The
 /// keyframes of a model have `translate`, `rotate_degrees` and `scale`. They apply after its `transform` and about its
@@ -69,7 +69,7 @@ pub fn load_scene(files: &dyn FileSource, path: &Path) -> Result<Scene, SceneErr
         reader.scene.meshes.iter_mut().for_each(|mesh| mesh.model = Some(0));
         let meshes = 0..reader.scene.meshes.len();
         origin::place(&mut reader, &[origin::Placement { meshes, offset, motion: None }]);
-        add_missing(&mut reader.scene, true, true);
+        add_missing(&mut reader, true, true);
     }
     textures::warn(&mut reader);
     Ok(reader.scene)
@@ -88,13 +88,15 @@ struct Reader<'a> {
     path: PathBuf,
     scene: Scene,
     found: textures::Found,
+    /// A material has an image of emission that leaves nothing of it.
+    lamps_off: bool,
 }
 
 impl<'a> Reader<'a> {
     fn new(files: &'a dyn FileSource, path: &Path) -> Self {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let scene = Scene { name, ..Scene::default() };
-        Self { files, path: path.to_owned(), scene, found: textures::Found::default() }
+        Self { files, path: path.to_owned(), scene, found: textures::Found::default(), lamps_off: false }
     }
 
     fn warn(&mut self, warning: String) {
@@ -103,17 +105,17 @@ impl<'a> Reader<'a> {
 }
 
 /// Adds an automatic camera if asked to, and an automatic light if asked to and nothing emits.
-fn add_missing(scene: &mut Scene, camera: bool, light: bool) {
+fn add_missing(reader: &mut Reader, camera: bool, light: bool) {
+    let scene = &mut reader.scene;
     let emits = |mesh: &Mesh| scene.materials.get(mesh.material).is_some_and(|m| m.emission != [0.0; 3]);
-    let light = light && !scene.meshes.iter().any(emits);
+    let emits = scene.meshes.iter().any(emits);
+    if light && !emits && reader.lamps_off {
+        let path = reader.path.display();
+        scene.warnings.push(format!("{path}: the images of all emitters are black, so nothing is lit; add a light"));
+    }
+    let light = light && !emits && !reader.lamps_off;
     if camera || light {
-        let shape = automatic::Shape::of(scene);
-        if camera {
-            scene.camera = shape.camera(scene);
-        }
-        if light {
-            shape.add_light(scene);
-        }
+        automatic::add(scene, camera, light);
     }
 }
 

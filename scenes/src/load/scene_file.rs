@@ -37,7 +37,7 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
         settings(reader, &file, origin)?;
     }
     let camera = reader.scene.camera;
-    add_missing(&mut reader.scene, !file.has("camera"), !file.has("light") && !file.has("environment"));
+    add_missing(reader, !file.has("camera"), !file.has("light") && !file.has("environment"));
     if file.has("camera") {
         reader.scene.camera = camera;
     }

@@ -100,8 +100,7 @@ mod tests {
             .enumerate()
             .map(|(c, &name)| AnyChannel::new(name, FlatSamples::F32((0..8).map(|i| (100 * c + i) as f32).collect())))
             .collect();
-        let mut attributes = LayerAttributes::default();
-        attributes.layer_name = Some(Text::from(name));
+        let attributes = LayerAttributes { layer_name: Some(Text::from(name)), ..LayerAttributes::default() };
         Layer::new((4, 2), attributes, Encoding::UNCOMPRESSED, AnyChannels::sort(list))
     }
 

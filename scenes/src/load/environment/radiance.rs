@@ -105,11 +105,11 @@ fn scan_line(rest: &mut &[u8], line: &mut [[u8; 4]]) -> Option<()> {
                     return None;
                 }
                 let mut value = 0;
-                for i in 0..count {
+                for (i, pixel) in line[at..at + count].iter_mut().enumerate() {
                     if i == 0 || !run {
                         [value] = take(rest)?;
                     }
-                    line[at + i][component] = value;
+                    pixel[component] = value;
                 }
                 at += count;
             }

@@ -215,6 +215,7 @@ fn vary(
         if faces.colours.is_empty() && faces.emissions.is_empty() {
             continue;
         }
+        reader.lamps_off |= !faces.emissions.is_empty() && faces.emissions.iter().all(|e| *e == [0.0; 3]);
         let derived = derive(reader, base, &faces);
         error = error.max(derived.error);
         for (i, &face) in members.iter().enumerate() {

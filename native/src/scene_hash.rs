@@ -13,7 +13,8 @@ use crate::cache::{Key, KeyInputs};
 /// of the scene file, because a model, a texture or the scene file may change under the same path.
 pub fn scene_hash(scene: &Scene) -> Key {
     let mut inputs = KeyInputs::default();
-    // Everything is destructured, so that a new field cannot be left out. Names of parts and warnings change no result.
+    // Everything is destructured, so that a new field cannot be left out. Names of parts, the origin of the
+    // coordinates and warnings change no result.
     let Scene {
         name,
         meshes,
@@ -24,6 +25,7 @@ pub fn scene_hash(scene: &Scene) -> Key {
         extra_cameras,
         environment,
         moves,
+        origin: _,
         warnings: _,
         models: _,
     } = scene;

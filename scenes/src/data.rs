@@ -1,4 +1,4 @@
-//! The scene as plain data. Positions and directions are in world space.
+//! The scene as plain data. Positions and directions are in world space, relative to [`Scene::origin`].
 
 use glam::{Mat4, Vec3};
 
@@ -26,6 +26,9 @@ pub struct Scene {
     pub extra_cameras: Vec<Camera>,
     /// Light from outside the geometry, if any.
     pub environment: Option<Environment>,
+    /// What every position is relative to, in the coordinates of the scene's files, scene units. It is 0 unless the scene
+    /// is so far from the origin that float32 numbers could not hold its shape. A writer adds it to what it writes.
+    pub origin: [f64; 3],
     /// Animation; empty for a static scene. Every other field is the scene in its rest pose.
     pub moves: Moves,
     /// What the loader fixed or replaced, one sentence each.

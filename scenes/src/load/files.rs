@@ -7,8 +7,8 @@ use std::path::{Component, Path, PathBuf};
 /// A set of readable files. Every reader of this crate uses it, so that the same code serves a disk, files dropped onto
 /// a web page, and a test.
 ///
-/// Implementations accept `\` as a separator and fall back to a name that differs only in case. Both are common in OBJ
-/// files written on Windows.
+/// Implementations look for the path as given first. If there is no such file, they take `\` for a separator, and then
+/// fall back to a name that differs only in case. Both are common in OBJ files written on Windows.
 pub trait FileSource {
     /// The bytes of one file.
     ///
@@ -23,13 +23,19 @@ pub struct DiskFiles;
 
 impl FileSource for DiskFiles {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        let path = PathBuf::from(forward_slashes(path));
-        match std::fs::read(&path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                std::fs::read(find_ignoring_case(&path).ok_or(error)?)
-            }
-            result => result,
+        let missing = |result: &io::Result<_>| matches!(result, Err(error) if error.kind() == io::ErrorKind::NotFound);
+        let as_given = std::fs::read(path);
+        if !missing(&as_given) {
+            return as_given;
         }
+        // A backslash is a legal part of a name on most systems, but a folder in the files of Windows.
+        let turned = path.to_string_lossy().contains('\\').then(|| PathBuf::from(forward_slashes(path)));
+        let turned_file = turned.as_ref().map(std::fs::read).filter(|result| !missing(result));
+        let ignoring_case = || {
+            let paths = [Some(path), turned.as_deref()].into_iter().flatten();
+            paths.filter_map(find_ignoring_case).next().map(std::fs::read)
+        };
+        turned_file.or_else(ignoring_case).unwrap_or(as_given)
     }
 }
 
@@ -83,7 +89,12 @@ fn forward_slashes(path: &Path) -> String {
 
 /// The path with `/` as separator and without `.` and `..`, so that each file has one spelling.
 pub(super) fn tidy(path: &Path) -> String {
-    let path = forward_slashes(path);
+    clean(Path::new(&forward_slashes(path)))
+}
+
+/// The path without `.` and `..`.
+pub(super) fn clean(path: &Path) -> String {
+    let path = path.to_string_lossy();
     let mut parts = Vec::new();
     for part in path.split('/') {
         match part {
@@ -121,6 +132,11 @@ mod tests {
             ["Textures/Brick.PNG", "textures/brick.png", "TEXTURES\\brick.PNG", "./Textures/../textures/brick.png"]
         {
             assert_eq!(DiskFiles.read(&folder.join(path)).expect(path), b"brick");
+        }
+        // A backslash is part of the name where such a file is.
+        if cfg!(unix) {
+            std::fs::write(folder.join("two\\parts.obj"), "parts").expect("a temporary file");
+            assert_eq!(DiskFiles.read(&folder.join("two\\parts.obj")).expect("as given"), b"parts");
         }
         let missing = DiskFiles.read(&folder.join("Textures/tile.png")).expect_err("no such file");
         assert_eq!(missing.kind(), io::ErrorKind::NotFound);

@@ -1,5 +1,7 @@
 //! Keyframes of a scene file: the lists called `moves`.
 
+use glam::DVec3;
+
 use super::keys::Table;
 use crate::{CameraKeyframe, Keyframe, Light, Motion, SceneError};
 
@@ -30,10 +32,11 @@ fn any(table: &Table, key: &str) -> Result<[f32; 3], SceneError> {
     Ok(table.vector(key, "finite numbers", |_| true)?.unwrap_or_default())
 }
 
-/// The motion of a model whose origin is at `origin`; `None` for a static model.
-pub(super) fn model(table: &Table, origin: [f32; 3]) -> Result<Option<Motion>, SceneError> {
-    let pivot = table.vector("pivot", "finite numbers", |_| true)?;
-    let mut motion = Motion { pivot: pivot.unwrap_or(origin), keyframes: Vec::new() };
+/// The motion of a model whose origin is at `centre`, and its pivot; `None` for a static model.
+pub(super) fn model(table: &Table, centre: [f32; 3]) -> Result<Option<(Motion, DVec3)>, SceneError> {
+    let pivot = table.position("pivot")?;
+    let exact = pivot.unwrap_or(centre.map(f64::from));
+    let mut motion = Motion { pivot: exact.map(|x| x as f32), keyframes: Vec::new() };
     for (frame, keyframe) in keyframes(table, &["frame", "translate", "rotate_degrees", "scale"])? {
         let scale = keyframe.scale("scale")?.unwrap_or([1.0; 3]);
         if scale.iter().any(|&s| s <= 0.0) {
@@ -49,7 +52,7 @@ pub(super) fn model(table: &Table, origin: [f32; 3]) -> Result<Option<Motion>, S
             None => Ok(None),
         };
     }
-    Ok(Some(motion))
+    Ok(Some((motion, exact.into())))
 }
 
 /// The motion of a light; `None` for a static light.
@@ -68,14 +71,25 @@ pub(super) fn light(table: &Table, light: &Light) -> Result<Option<Motion>, Scen
     Ok(Some(motion).filter(|motion| !motion.keyframes.is_empty()))
 }
 
-/// The path of the camera; empty for a static camera.
-pub(super) fn camera(table: &Table) -> Result<Vec<CameraKeyframe>, SceneError> {
+/// The path of the camera, relative to `origin`; empty for a static camera.
+pub(super) fn camera(table: &Table, origin: DVec3) -> Result<Vec<CameraKeyframe>, SceneError> {
     let read = |(frame, keyframe): (u32, Table)| {
-        let eye = keyframe.vector("eye", "finite numbers", |_| true)?;
-        let eye = keyframe.required("eye", eye, "eye = [0.0, 1.0, 5.0]")?;
-        let target = keyframe.vector("target", "finite numbers, different from `moves.eye`", |t| t != eye)?;
-        let target = keyframe.required("target", target, "target = [0.0, 1.0, 0.0]")?;
+        let [eye, target] = eye_and_target(&keyframe, "moves.eye", origin)?;
         Ok(CameraKeyframe { frame, eye, target, cut: keyframe.boolean("cut")?.unwrap_or(false) })
     };
     keyframes(table, &["frame", "eye", "target", "cut"])?.into_iter().map(read).collect()
+}
+
+/// The eye and the target of a camera, relative to `origin`. They must be different; `key` is the key of the eye.
+pub(super) fn eye_and_target(table: &Table, key: &str, origin: DVec3) -> Result<[[f32; 3]; 2], SceneError> {
+    let relative = |position: [f64; 3]| (DVec3::from(position) - origin).as_vec3().to_array();
+    let eye = table.required("eye", table.position("eye")?, "eye = [0.0, 1.0, 5.0]")?;
+    let target = table.position("target")?;
+    if let (Some(target), Some(value)) = (target, table.get("target"))
+        && relative(target) == relative(eye)
+    {
+        return Err(table.wrong("target", value, format_args!("[x, y, z], finite numbers, different from `{key}`")));
+    }
+    let target = table.required("target", target, "target = [0.0, 1.0, 0.0]")?;
+    Ok([eye, target].map(relative))
 }

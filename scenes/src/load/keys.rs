@@ -201,6 +201,17 @@ impl<'a> Table<'a> {
         self.get(key).map(read).transpose()
     }
 
+    /// Three numbers that are finite in float32, as float64: positions far from the origin need its digits.
+    pub fn position(&self, key: &str) -> Result<Option<[f64; 3]>, SceneError> {
+        let read = |value: &Value<'a>| {
+            let numbers: Option<Vec<f64>> =
+                value.get_ref().as_array().and_then(|list| list.iter().map(exact_number).collect());
+            let three = numbers.and_then(|numbers| numbers.try_into().ok());
+            three.ok_or_else(|| self.wrong(key, value, "[x, y, z], finite numbers"))
+        };
+        self.get(key).map(read).transpose()
+    }
+
     /// One number for all axes, or three; none of them 0.
     pub fn scale(&self, key: &str) -> Result<Option<[f32; 3]>, SceneError> {
         let read = |value: &Value<'a>| {
@@ -244,6 +255,16 @@ fn number(value: &Value<'_>) -> Option<f32> {
         _ => return None,
     };
     Some(number).filter(|x: &f32| x.is_finite())
+}
+
+/// A number that is finite in float32, with the digits of float64.
+fn exact_number(value: &Value<'_>) -> Option<f64> {
+    let number = match value.get_ref() {
+        DeValue::Float(float) => float.as_str().parse().ok()?,
+        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok()? as f64,
+        _ => return None,
+    };
+    Some(number).filter(|x: &f64| (*x as f32).is_finite())
 }
 
 fn three_numbers(value: &Value<'_>) -> Option<[f32; 3]> {

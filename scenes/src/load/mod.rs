@@ -4,22 +4,29 @@
 
 mod automatic;
 mod environment;
+mod faces;
 mod files;
+mod images;
 mod keyframes;
 pub mod keys;
 mod mtl;
 mod obj;
+mod origin;
 mod scene_file;
+mod text;
 mod textures;
+mod triangulate;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use files::{DiskFiles, FileSource, MemoryFiles};
 pub use keys::nearest_name;
 
-use crate::{Mesh, Model, ModelSource, Scene, SceneError, Transform};
+use glam::DVec3;
 
-/// Loads a scene: a TOML scene file, or a bare OBJ file, which gets an automatic camera and sun.
+use crate::{Mesh, ModelSource, Scene, SceneError, Transform};
+
+/// Loads a scene: a TOML scene file, or a bare OBJ file, which gets an automatic camera, sun and sky.
 ///
 /// | table | keys |
 /// |---|---|
@@ -28,10 +35,10 @@ use crate::{Mesh, Model, ModelSource, Scene, SceneError, Transform};
 /// | `[camera]` | `eye`, `target`; optional: `up`, `vertical_fov_degrees`, `moves` |
 /// | `[[extra_camera]]` | as `[camera]`, without `moves`: another view that screen-space techniques may gather in |
 /// | `[[light]]` | `kind` (`directional`, `spot` or `point`) and what that kind has: `direction`, `irradiance`, `position`, `intensity`, `half_angle_degrees`, `full_intensity_half_angle_degrees`; optional: `moves` |
-/// | `[environment]` | a constant `radiance`, or a `map`: a latitude-longitude EXR file, relative to the scene file |
+/// | `[environment]` | a constant `radiance`, or a `map`: a latitude-longitude file, OpenEXR or Radiance (`.hdr`, `.pic`), relative to the scene file |
 ///
 /// Without `[camera]` the camera is chosen automatically. Without `[[light]]` and `[environment]`, a scene without
-/// emitters gets an automatic sun. `receive_only = true` makes a model receive indirect light and send none.
+/// emitters gets an automatic sun and a soft sky. `receive_only = true` makes a model receive indirect light and send none.
 ///
 /// `moves` is a list of keyframes by ascending `frame`; numbers between two keyframes are interpolated linearly. The
 /// keyframes of a model have `translate`, `rotate_degrees` and `scale`. They apply after its `transform` and about its
@@ -56,25 +63,40 @@ pub fn load_scene(files: &dyn FileSource, path: &Path) -> Result<Scene, SceneErr
         scene_file::read(&mut reader, path, &bytes)?;
     } else {
         let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        reader.scene.models = vec![Model { source: ModelSource::File(file), transform: Transform::default() }];
-        reader.scene.meshes = obj::read(&mut reader, path, &bytes)?;
+        reader.scene.models = vec![crate::Model { source: ModelSource::File(file), transform: Transform::default() }];
+        let Model { meshes, offset } = obj::read(&mut reader, path, &bytes)?;
+        reader.scene.meshes = meshes;
         reader.scene.meshes.iter_mut().for_each(|mesh| mesh.model = Some(0));
-        add_missing(&mut reader.scene, true, true);
+        let meshes = 0..reader.scene.meshes.len();
+        origin::place(&mut reader, &[origin::Placement { meshes, offset, motion: None }]);
+        add_missing(&mut reader, true, true);
     }
+    textures::warn(&mut reader);
     Ok(reader.scene)
+}
+
+/// A model that was read. Its positions are relative to `offset`.
+struct Model {
+    meshes: Vec<Mesh>,
+    offset: DVec3,
 }
 
 /// A scene while it is being read.
 struct Reader<'a> {
     files: &'a dyn FileSource,
+    /// The file that was asked for.
+    path: PathBuf,
     scene: Scene,
-    textures: textures::Found,
+    found: textures::Found,
+    /// A material has an image of emission that leaves nothing of it.
+    lamps_off: bool,
 }
 
 impl<'a> Reader<'a> {
     fn new(files: &'a dyn FileSource, path: &Path) -> Self {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Self { files, scene: Scene { name, ..Scene::default() }, textures: textures::Found::default() }
+        let scene = Scene { name, ..Scene::default() };
+        Self { files, path: path.to_owned(), scene, found: textures::Found::default(), lamps_off: false }
     }
 
     fn warn(&mut self, warning: String) {
@@ -83,17 +105,17 @@ impl<'a> Reader<'a> {
 }
 
 /// Adds an automatic camera if asked to, and an automatic light if asked to and nothing emits.
-fn add_missing(scene: &mut Scene, camera: bool, light: bool) {
+fn add_missing(reader: &mut Reader, camera: bool, light: bool) {
+    let scene = &mut reader.scene;
     let emits = |mesh: &Mesh| scene.materials.get(mesh.material).is_some_and(|m| m.emission != [0.0; 3]);
-    let light = light && !scene.meshes.iter().any(emits);
+    let emits = scene.meshes.iter().any(emits);
+    if light && !emits && reader.lamps_off {
+        let path = reader.path.display();
+        scene.warnings.push(format!("{path}: the images of all emitters are black, so nothing is lit; add a light"));
+    }
+    let light = light && !emits && !reader.lamps_off;
     if camera || light {
-        let shape = automatic::Shape::of(scene);
-        if camera {
-            scene.camera = shape.camera(scene);
-        }
-        if light {
-            shape.add_light(scene);
-        }
+        automatic::add(scene, camera, light);
     }
 }
 

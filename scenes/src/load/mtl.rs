@@ -1,17 +1,21 @@
 //! MTL material libraries.
 //!
-//! The lines are parsed here and not by tobj: its MTL reader refuses a whole library at the first unknown line, and it
-//! panics on the valid line `Kd 0.5`.
+//! The lines are parsed here and not by a crate: tobj refuses a whole library at the first unknown line, and no crate
+//! reads texture options or tells which lines it passed over.
 
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
-use super::textures::{Role, texture};
+use super::images::Pyramid;
+use super::text::{self, Counts, split_keyword};
+use super::textures::{self, Request, Role};
 use super::{Reader, clamp};
 use crate::Material;
 
 /// One `newmtl` block.
 #[derive(Debug, Default)]
 pub(super) struct Entry {
+    /// The text behind `newmtl`. See [`text::names`] for its readings.
     pub name: String,
     /// `file:line` of the block's first line.
     location: String,
@@ -22,44 +26,115 @@ pub(super) struct Entry {
     ns: Option<f32>,
     translucency: Option<[f32; 3]>,
     absorption: Option<[f32; 3]>,
-    dissolve: Option<f32>,
-    map_kd: Option<String>,
-    map_d: Option<String>,
+    /// The keyword and the number of a line about opacity, and the opacity.
+    dissolve: Option<(&'static str, f32, f32)>,
+    map_kd: Option<Vec<String>>,
+    map_d: Option<Vec<String>>,
+    map_ke: Option<Vec<String>>,
+}
+
+/// A material with what a [`Material`] cannot hold.
+pub(super) struct Surface {
+    pub material: Material,
+    /// The image that the emission is multiplied by.
+    pub emission: Option<Rc<Pyramid>>,
 }
 
 /// Reads a library. Lines that cannot be parsed are skipped with a warning. Keywords are case-insensitive.
 pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Vec<Entry> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let text = String::from_utf8_lossy(bytes);
+    let text = text::decode(bytes);
     let mut entries: Vec<Entry> = Vec::new();
+    let (mut unused, mut unknown) = (Counts::default(), Counts::default());
+    // The first line with texture options that change the picture, and the number of such lines.
+    let mut options = (String::new(), 0);
     for (index, line) in text.lines().enumerate() {
-        let line = line.trim_start_matches('\u{feff}').trim();
-        let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-        let (keyword, rest) = (keyword.to_lowercase(), rest.trim());
+        let line = line.trim();
+        let (keyword, rest) = split_keyword(line);
         let location = format!("{}:{}", path.display(), index + 1);
         if keyword == "newmtl" {
             entries.push(Entry { name: rest.to_owned(), location, folder: folder.to_owned(), ..Entry::default() });
             continue;
         }
         let Some(entry) = entries.last_mut() else { continue };
-        let parsed = match keyword.as_str() {
+        let parsed = match keyword.as_ref() {
             "kd" => set(&mut entry.kd, colour(rest)),
             "ke" => set(&mut entry.ke, colour(rest)),
             "ks" => set(&mut entry.ks, colour(rest)),
-            "ns" => set(&mut entry.ns, rest.split_whitespace().next().and_then(|word| word.parse().ok())),
+            "ns" => set(&mut entry.ns, number(rest)),
             "translucency" => set(&mut entry.translucency, colour(rest)),
             "absorption" => set(&mut entry.absorption, colour(rest)),
-            "d" => set(&mut entry.dissolve, rest.split_whitespace().last().and_then(|word| word.parse().ok())),
-            "map_kd" => set(&mut entry.map_kd, file_name(rest)),
-            "map_d" => set(&mut entry.map_d, file_name(rest)),
-            _ => true,
+            "d" => set(&mut entry.dissolve, number(rest.trim_start_matches("-halo")).map(|d| ("d", d, d))),
+            // `d` is the newer keyword and wins.
+            "tr" => match entry.dissolve {
+                Some(("d", ..)) => true,
+                _ => set(&mut entry.dissolve, number(rest).map(|tr| ("Tr", tr, 1.0 - tr))),
+            },
+            "map_kd" | "map_d" | "map_ke" | "map_emissive" => {
+                let image = Image::parse(rest);
+                if image.changed {
+                    options.1 += 1;
+                    if options.0.is_empty() {
+                        options.0 = format!("{location}: texture options are not supported; `{line}`");
+                    }
+                }
+                let target = match keyword.as_ref() {
+                    "map_kd" => &mut entry.map_kd,
+                    "map_d" => &mut entry.map_d,
+                    _ => &mut entry.map_ke,
+                };
+                set(target, Some(image.names).filter(|names| !names.is_empty()))
+            }
+            "tf" => {
+                // Many exporters write `Tf 1 1 1` or `Tf 0 0 0` for opaque materials.
+                if !matches!(colour(rest), Some([1.0, 1.0, 1.0] | [0.0, 0.0, 0.0])) {
+                    unused.add("Tf");
+                }
+                true
+            }
+            // 0 to 2 is what is drawn; 3 and above add reflection and refraction, 10 shadows.
+            "illum" => {
+                if number(rest).is_some_and(|model| (3.0..=9.0).contains(&model)) {
+                    unused.add(line.split('#').next().unwrap_or(line).trim());
+                }
+                true
+            }
+            "pr" | "pm" | "ps" | "pc" | "pcr" | "aniso" | "anisor" => {
+                // Without metal, sheen or coat, 0 changes nothing.
+                if keyword == "pr" || number(rest) != Some(0.0) {
+                    unused.add(line.split_whitespace().next().unwrap_or_default());
+                }
+                true
+            }
+            "map_ks" | "map_ns" | "map_bump" | "bump" | "norm" | "map_norm" | "map_kn" | "disp" | "map_disp"
+            | "decal" | "map_decal" | "refl" | "map_refl" | "map_tr" | "map_opacity" | "map_pr" | "map_pm"
+            | "map_ps" | "map_rma" | "map_orm" | "map_tf" | "subsurface" | "map_ss" => {
+                unused.add(line.split_whitespace().next().unwrap_or_default());
+                true
+            }
+            // The ambient colour of a global term that a path tracer does not have, the index of refraction of opaque
+            // matter, and settings of other programs' filters.
+            "" | "ka" | "map_ka" | "ni" | "km" | "sharpness" | "map_aat" => true,
+            word if word.starts_with('#') => true,
+            _ => {
+                unknown.add(line.split_whitespace().next().unwrap_or_default());
+                true
+            }
         };
         if !parsed {
             reader.warn(format!("{location}: `{line}` cannot be parsed; the line is skipped"));
-        } else if keyword.starts_with("map_") && rest.starts_with('-') && matches!(keyword.as_str(), "map_kd" | "map_d")
-        {
-            reader.warn(format!("{location}: texture options are not supported; `{line}` uses the image unchanged"));
         }
+    }
+    match options {
+        (_, 0) => {}
+        (line, 1) => reader.warn(format!("{line} uses the image unchanged")),
+        (line, count) => reader.warn(format!("{line} and {} further lines use the image unchanged", count - 1)),
+    }
+    if !unused.is_empty() {
+        reader.warn(format!("{}: lines that change the light are not used: {unused}", path.display()));
+    }
+    if !unknown.is_empty() {
+        reader.warn(format!("{}: unknown keywords are ignored: {unknown}", path.display()));
     }
     entries
 }
@@ -70,9 +145,14 @@ fn set<T>(target: &mut Option<T>, value: Option<T>) -> bool {
     parsed
 }
 
+fn number(rest: &str) -> Option<f32> {
+    rest.split_whitespace().next().and_then(|word| word.parse().ok())
+}
+
 /// `r g b`, or one number for grey.
 fn colour(rest: &str) -> Option<[f32; 3]> {
-    let numbers: Option<Vec<f32>> = rest.split_whitespace().take(3).map(|word| word.parse().ok()).collect();
+    let words = rest.split_whitespace().take_while(|word| !word.starts_with('#')).take(3);
+    let numbers: Option<Vec<f32>> = words.map(|word| word.parse().ok()).collect();
     match numbers?[..] {
         [grey] => Some([grey; 3]),
         [r, g, b] => Some([r, g, b]),
@@ -80,20 +160,140 @@ fn colour(rest: &str) -> Option<[f32; 3]> {
     }
 }
 
-/// A file name may contain spaces; after options it is the last word.
-fn file_name(rest: &str) -> Option<String> {
-    let name = if rest.starts_with('-') { rest.split_whitespace().last()? } else { rest };
-    Some(name.trim_matches('"').to_owned()).filter(|name| !name.is_empty())
+/// What stands behind the keyword of a texture.
+struct Image {
+    /// The readings of the file name, as it stands first.
+    names: Vec<String>,
+    /// An option changes how the image is used.
+    changed: bool,
+}
+
+/// Options with their least and largest number of arguments, and whether they change what is drawn.
+const OPTIONS: [(&str, usize, usize, bool); 14] = [
+    ("-s", 1, 3, true),
+    ("-o", 1, 3, true),
+    ("-t", 1, 3, true),
+    ("-mm", 1, 2, true),
+    ("-blendu", 1, 1, false),
+    ("-blendv", 1, 1, false),
+    ("-cc", 1, 1, false),
+    ("-clamp", 1, 1, false),
+    ("-texres", 1, 1, false),
+    ("-bm", 1, 1, false),
+    ("-boost", 1, 1, false),
+    ("-imfchan", 1, 1, false),
+    ("-type", 1, 1, true),
+    ("-colorspace", 1, 1, false),
+];
+
+impl Image {
+    fn parse(rest: &str) -> Self {
+        let mut names = Vec::new();
+        let mut changed = false;
+        let mut add = |name: &str| {
+            let name = name.trim();
+            let plain = name.strip_prefix('"').and_then(|name| name.strip_suffix('"')).unwrap_or(name).trim();
+            if !plain.is_empty() && !names.iter().any(|known| known == plain) {
+                names.push(plain.to_owned());
+            }
+        };
+        let mut shortest = rest;
+        for reading in text::names(rest) {
+            add(reading);
+            shortest = reading;
+        }
+        // A number may be an argument or begin the name.
+        let (starts, before) = leading(shortest);
+        changed |= before;
+        for &start in &starts {
+            add(&shortest[start..]);
+        }
+        let name = &shortest[starts.last().copied().unwrap_or_default()..];
+        if let Some((end, after)) = trailing(name) {
+            changed |= after;
+            add(&name[..end]);
+        }
+        // A line of options without a name.
+        if shortest.starts_with('-') && name.is_empty() {
+            names.clear();
+        }
+        Self { names, changed }
+    }
+}
+
+/// Where the name may begin behind the options at the start, in ascending order, and whether they change the picture.
+fn leading(text: &str) -> (Vec<usize>, bool) {
+    let mut starts = vec![0];
+    let mut changed = false;
+    let mut at = 0;
+    while let Some((option, end)) = word(text, at)
+        && let Some(&(_, least, most, changes)) = known(option)
+    {
+        changed |= changes && is_active(option, &text[end..]);
+        at = end;
+        starts.clear();
+        for argument in 0..most {
+            let Some((value, end)) = word(text, at) else { break };
+            if argument >= least && value.parse::<f64>().is_err() {
+                break;
+            }
+            at = end;
+            if argument + 1 >= least {
+                starts.push(at);
+            }
+        }
+        if starts.is_empty() {
+            starts.push(text.len());
+        }
+    }
+    (starts, changed)
+}
+
+/// Where the name ends before options at the end, and whether they change the picture.
+fn trailing(text: &str) -> Option<(usize, bool)> {
+    let mut at = 0;
+    while let Some((option, end)) = word(text, at) {
+        if at > 0 && known(option).is_some() {
+            return Some((end - option.len(), leading(&text[end - option.len()..]).1));
+        }
+        at = end;
+    }
+    None
+}
+
+/// The first word from this position, and its end.
+fn word(text: &str, from: usize) -> Option<(&str, usize)> {
+    let rest = &text[from..];
+    let start = rest.find(|c: char| !c.is_whitespace())?;
+    let length = rest[start..].find(char::is_whitespace).unwrap_or(rest.len() - start);
+    Some((&rest[start..start + length], from + start + length))
+}
+
+fn known(option: &str) -> Option<&'static (&'static str, usize, usize, bool)> {
+    OPTIONS.iter().find(|(name, ..)| name.eq_ignore_ascii_case(option))
+}
+
+/// Whether the arguments of an option differ from its default.
+fn is_active(option: &str, arguments: &str) -> bool {
+    let numbers: Vec<f64> = arguments.split_whitespace().take(3).map_while(|word| word.parse().ok()).collect();
+    match option.to_lowercase().as_str() {
+        "-s" => numbers.iter().any(|&x| x != 1.0),
+        "-o" | "-t" => numbers.iter().any(|&x| x != 0.0),
+        "-mm" => numbers.get(..2) != Some(&[0.0, 1.0]),
+        _ => true,
+    }
 }
 
 impl Entry {
-    /// The material, with its textures loaded.
+    /// The material, with its textures loaded. `model_folder` is the folder of the model.
     ///
-    /// The default of `Kd` is 1 with a `map_Kd` and 0.8 without. `Kd` and `Ks` are clamped to 0..1, `Ke` and `Ns` to
-    /// 0..1e6. `translucency` (0..1) and `absorption` (per scene unit) are keys of this program. The standard `Tf` is not
-    /// used, because many exporters write `Tf 1 1 1` for opaque materials.
-    pub fn resolve(&self, reader: &mut Reader) -> Material {
-        let material = format!("{}: material `{}`", self.location, self.name);
+    /// The default of `Kd` is 1 with a `map_Kd` or colours of vertices, and 0.8 without. That of `Ke` is 1 with a
+    /// `map_Ke`. `Kd` and `Ks` are clamped to 0..1, `Ke` and `Ns` to 0..1e6. `translucency` (0..1) and `absorption` (per
+    /// scene unit) are keys of this program. The standard `Tf` is not used, because many exporters write `Tf 1 1 1` for
+    /// opaque materials.
+    pub fn resolve(&self, reader: &mut Reader, model_folder: &Path, coloured: bool) -> Surface {
+        let name = text::names(&self.name).last().unwrap_or_default().to_owned();
+        let material = format!("{}: material `{name}`", self.location);
         let mut in_range = |keyword: &str, value: [f32; 3], high: f32| {
             let (clamped, changed) = clamp(value, 0.0, high);
             if changed {
@@ -104,7 +304,8 @@ impl Entry {
             }
             clamped
         };
-        let albedo = in_range("Kd", self.kd.unwrap_or([if self.map_kd.is_some() { 1.0 } else { 0.8 }; 3]), 1.0);
+        let white = self.map_kd.is_some() || coloured;
+        let albedo = in_range("Kd", self.kd.unwrap_or([if white { 1.0 } else { 0.8 }; 3]), 1.0);
         let specular = in_range("Ks", self.ks.unwrap_or_default(), 1.0);
         // 1e6 is far above any real emitter and far below the largest float.
         let emission = in_range("Ke", self.ke.unwrap_or_default(), 1e6);
@@ -114,23 +315,80 @@ impl Entry {
         if self.map_kd.is_some() && albedo == [0.0; 3] {
             reader.warn(format!("{material}: Kd 0 makes map_Kd black; write Kd 1 1 1 to show the image"));
         }
-        if let Some(dissolve) = self.dissolve.filter(|&d| d < 1.0) {
-            reader.warn(format!("{material}: d {dissolve} is drawn opaque; use map_d for an alpha mask"));
+        if let Some((keyword, value, _)) = self.dissolve.filter(|&(.., opacity)| opacity < 1.0) {
+            reader.warn(format!("{material}: {keyword} {value} is drawn opaque; use map_d for an alpha mask"));
         }
-        let mut load = |name: &Option<String>, role| {
-            name.as_deref().and_then(|name| texture(reader, &self.folder, name, role, &material))
+        let folders = [self.folder.as_path(), model_folder];
+        let folders = if folders[0] == folders[1] { &folders[..1] } else { &folders[..] };
+        let (location, material) = (self.location.as_str(), name.as_str());
+        let mut load = |names: &Option<Vec<String>>, role| {
+            let names = names.as_deref()?;
+            textures::texture(reader, &Request { names, folders, role, location, material })
         };
-        Material {
-            name: self.name.clone(),
+        let (albedo_texture, alpha_texture) = (load(&self.map_kd, Role::Colour), load(&self.map_d, Role::AlphaMask));
+        let glow = self.map_ke.as_deref().and_then(|names| {
+            textures::emission(reader, &Request { names, folders, role: Role::Emission, location, material })
+        });
+        let emission = if self.ke.is_none() && glow.is_some() { [1.0; 3] } else { emission };
+        let material = Material {
+            name,
             albedo,
-            albedo_texture: load(&self.map_kd, Role::Colour),
-            alpha_texture: load(&self.map_d, Role::AlphaMask),
+            albedo_texture,
+            alpha_texture,
             emission,
             specular,
             phong_exponent,
             translucency,
             absorption,
             receive_only: false,
+        };
+        Surface { material, emission: glow }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_found_before_and_behind_options() {
+        let last = |rest: &str| Image::parse(rest).names.pop();
+        for (rest, name) in [
+            ("a.png", "a.png"),
+            ("my image.png", "my image.png"),
+            ("\"my image.png\"", "my image.png"),
+            ("-o 0.0 -7.0 0.0 -s 1.0 10.0 1.0 -clamp on my dir/a.png", "my dir/a.png"),
+            ("-bm 0.3 -blendu on -blendv off -mm 0 1 -texres 512 -cc on -type sphere -imfchan m a.png", "a.png"),
+            ("-s 2 a.png", "a.png"),
+            ("-S 2 2 a.png", "a.png"),
+            ("a b.png -s 2 2 1", "a b.png"),
+            ("\"a b.png\" -s 2 2 1 # wall", "a b.png"),
+            ("a.png # the front", "a.png"),
+            ("a-s.png", "a-s.png"),
+            ("dir\\a.png", "dir\\a.png"),
+        ] {
+            assert_eq!(last(rest).as_deref(), Some(name), "{rest}");
+        }
+        // As it stands comes first; a number may belong to the name.
+        assert_eq!(Image::parse("a #1.png").names, ["a #1.png", "a"]);
+        assert_eq!(
+            Image::parse("-s 1 1 2 walls.png").names,
+            ["-s 1 1 2 walls.png", "1 2 walls.png", "2 walls.png", "walls.png"]
+        );
+        for empty in ["", "-s 1 1 1", "-clamp", "\"\""] {
+            assert_eq!(Image::parse(empty).names, [""; 0], "{empty}");
+        }
+    }
+
+    #[test]
+    fn options_with_their_default_change_nothing() {
+        let changed = |rest: &str| Image::parse(rest).changed;
+        for rest in ["a.png", "-s 1 1 1 -o 0 0 0 -mm 0 1 a.png", "-blendu on -texres 512 -bm 0.3 a.png", "a.png -s 1 1"]
+        {
+            assert!(!changed(rest), "{rest}");
+        }
+        for rest in ["-s 2 a.png", "-o 0 .5 a.png", "-mm 0.1 1 a.png", "a.png -t 1 1 1"] {
+            assert!(changed(rest), "{rest}");
         }
     }
 }

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{DVec3, Mat3, Quat, Vec3};
 
 use super::keys::{Source, Table, listed, nearest_name};
-use super::{Reader, add_missing, environment, keyframes, obj, reason};
-use crate::{Camera, Light, Mesh, Model, ModelSource, SceneError, Transform, generators};
+use super::{Model, Reader, add_missing, environment, keyframes, obj, origin, reason};
+use crate::{Camera, Light, Mesh, ModelSource, SceneError, Transform, generators};
 
 /// Reads a scene file into the reader's scene. See [`super::load_scene`] for its keys.
 pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(), SceneError> {
@@ -22,45 +22,61 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
         reader.scene.name = name.to_owned();
     }
     // Cheap things first: a mistake in the camera is reported before a large model is read.
-    let camera_table = file.table("camera", &["eye", "target", "up", "vertical_fov_degrees", "moves"])?;
-    let camera = camera_table.as_ref().map(camera).transpose()?;
-    if let Some(table) = &camera_table {
-        reader.scene.moves.camera = keyframes::camera(table)?;
-    }
-    for table in file.tables("extra_camera", &["eye", "target", "up", "vertical_fov_degrees"])? {
-        reader.scene.extra_cameras.push(self::camera(&table)?);
-    }
-    for (index, table) in file.tables("light", &LIGHT_KEYS)?.into_iter().enumerate() {
-        let light = light(table)?;
-        reader.scene.moves.lights.extend(keyframes::light(&table, &light)?.map(|motion| (index, motion)));
-        reader.scene.lights.push(light);
-    }
+    settings(reader, &file, DVec3::ZERO)?;
     let models = file.tables("model", &["path", "generator", "transform", "moves", "pivot", "receive_only"])?;
     if models.is_empty() {
         return Err(file.error("model", "is missing; write for example `[[model]]` and `path = \"model.obj\"`"));
     }
+    let mut placements = Vec::new();
     for table in models {
-        let meshes = model(reader, path, &table)?;
-        reader.scene.meshes.extend(meshes);
+        placements.push(model(reader, path, &table)?);
     }
-    add_missing(&mut reader.scene, camera.is_none(), !file.has("light") && !file.has("environment"));
-    if let Some(camera) = camera {
+    origin::place(reader, &placements);
+    let origin = DVec3::from(reader.scene.origin);
+    if origin != DVec3::ZERO {
+        settings(reader, &file, origin)?;
+    }
+    let camera = reader.scene.camera;
+    add_missing(reader, !file.has("camera"), !file.has("light") && !file.has("environment"));
+    if file.has("camera") {
         reader.scene.camera = camera;
     }
     Ok(())
 }
 
-fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<Vec<Mesh>, SceneError> {
+/// Reads the cameras and lights of a file. Positions become relative to `origin`.
+fn settings(reader: &mut Reader, file: &Table, origin: DVec3) -> Result<(), SceneError> {
+    let scene = &mut reader.scene;
+    if let Some(table) = file.table("camera", &["eye", "target", "up", "vertical_fov_degrees", "moves"])? {
+        scene.camera = camera(&table, origin)?;
+        scene.moves.camera = keyframes::camera(&table, origin)?;
+    }
+    scene.extra_cameras.clear();
+    for table in file.tables("extra_camera", &["eye", "target", "up", "vertical_fov_degrees"])? {
+        scene.extra_cameras.push(camera(&table, origin)?);
+    }
+    scene.lights.clear();
+    scene.moves.lights.clear();
+    for (index, table) in file.tables("light", &LIGHT_KEYS)?.into_iter().enumerate() {
+        let light = light(table, origin)?;
+        scene.moves.lights.extend(keyframes::light(&table, &light)?.map(|motion| (index, motion)));
+        scene.lights.push(light);
+    }
+    Ok(())
+}
+
+/// Adds a model to the scene. Its positions are not yet relative to the scene's origin.
+fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<origin::Placement, SceneError> {
     let receive_only = table.boolean("receive_only")?.unwrap_or(false);
     let first_material = reader.scene.materials.len();
-    let (source, mut meshes) = match (table.text("path")?, table.text("generator")?) {
+    let (source, Model { mut meshes, mut offset }) = match (table.text("path")?, table.text("generator")?) {
         (Some(name), None) => {
             if !name.to_lowercase().ends_with(".obj") {
                 return Err(
                     table.error("path", format_args!("names {name}; only .obj models are read, export it as one"))
                 );
             }
-            let path = scene_path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/"));
+            let path = scene_path.parent().unwrap_or(Path::new("")).join(name);
             let bytes = reader.files.read(&path).map_err(|error| {
                 let why = reason(&error);
                 table.error(
@@ -77,7 +93,8 @@ fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<Vec<Me
                     .map_or_else(|| format!("use {}", listed(known)), |near| format!("did you mean `{near}`?"));
                 table.error("generator", format_args!("names `{name}`, which is not a generator; {fix}"))
             })?;
-            (ModelSource::Generator(name.to_owned()), add_geometry(reader, geometry))
+            let meshes = add_geometry(reader, geometry);
+            (ModelSource::Generator(name.to_owned()), Model { meshes, offset: DVec3::ZERO })
         }
         (Some(_), Some(_)) => return Err(table.error("generator", "is given together with `path`; remove one of them")),
         (None, None) => {
@@ -87,23 +104,25 @@ fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<Vec<Me
     let mut transform = Transform::default();
     if let Some(table) = table.table("transform", &["translate", "rotate_degrees", "scale"])? {
         transform = self::transform(&table)?;
-        if !apply(&transform, &mut meshes) {
-            return Err(
-                table.error("scale", "or `translate` moves a vertex out of the range of float32; use smaller numbers")
-            );
-        }
+        offset = apply(&transform, &mut meshes, offset).ok_or_else(|| {
+            table.error("scale", "or `translate` moves a vertex out of the range of float32; use smaller numbers")
+        })?;
     }
-    if let Some(motion) = keyframes::model(table, transform.translate)? {
+    let mut motion = None;
+    if let Some((moves, pivot)) = keyframes::model(table, transform.translate)? {
         let objects = &mut reader.scene.moves.objects;
         meshes.iter_mut().for_each(|mesh| mesh.object = Some(objects.len()));
-        objects.push(motion);
+        motion = Some((objects.len(), pivot));
+        objects.push(moves);
     }
     let models = &mut reader.scene.models;
     meshes.iter_mut().for_each(|mesh| mesh.model = Some(models.len()));
-    models.push(Model { source, transform });
+    models.push(crate::Model { source, transform });
     // Every model has its own materials, so this changes no other model.
     reader.scene.materials[first_material..].iter_mut().for_each(|material| material.receive_only = receive_only);
-    Ok(meshes)
+    let first = reader.scene.meshes.len();
+    reader.scene.meshes.extend(meshes);
+    Ok(origin::Placement { meshes: first..reader.scene.meshes.len(), offset, motion })
 }
 
 /// Adds materials and textures to the scene and returns the meshes with their indices offset.
@@ -130,19 +149,22 @@ fn transform(table: &Table) -> Result<Transform, SceneError> {
     })
 }
 
-/// Applies a transform to vertices; false if a vertex leaves the range of float32. Normals are transformed by the
-/// inverse transpose. A mirroring transform flips the winding.
-fn apply(transform: &Transform, meshes: &mut [Mesh]) -> bool {
+/// Applies scale and rotation to vertices, and the whole transform to the world position of their origin, which it
+/// returns; `None` if a vertex leaves the range of float32. Normals are transformed by the inverse transpose. A
+/// mirroring transform flips the winding.
+fn apply(transform: &Transform, meshes: &mut [Mesh], offset: DVec3) -> Option<DVec3> {
     let (translate, scale) = (Vec3::from(transform.translate), Vec3::from(transform.scale));
     let [x, y, z] = transform.rotate_degrees.map(f32::to_radians);
-    let rotate = Mat3::from_quat(Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x));
+    let rotation = Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x);
+    let rotate = Mat3::from_quat(rotation);
+    let offset = rotate.as_dmat3() * (scale.as_dvec3() * offset) + translate.as_dvec3();
     // Only the ratio of the scales matters to a normal. Dividing by the largest keeps very small and large ones finite.
     let normal_scale = scale.abs().max_element() / scale;
     for mesh in meshes {
         for position in &mut mesh.positions {
-            let moved = rotate * (scale * Vec3::from(*position)) + translate;
-            if !moved.is_finite() {
-                return false;
+            let moved = rotate * (scale * Vec3::from(*position));
+            if !moved.is_finite() || !(moved.as_dvec3() + offset).as_vec3().is_finite() {
+                return None;
             }
             *position = moved.to_array();
         }
@@ -153,15 +175,14 @@ fn apply(transform: &Transform, meshes: &mut [Mesh]) -> bool {
             mesh.indices.as_chunks_mut::<3>().0.iter_mut().for_each(|triangle| triangle.swap(1, 2));
         }
     }
-    true
+    Some(offset)
 }
 
-fn camera(table: &Table) -> Result<Camera, SceneError> {
-    let eye = table.required("eye", table.vector("eye", "finite numbers", |_| true)?, "eye = [0.0, 1.0, 5.0]")?;
-    let target = table.vector("target", "finite numbers, different from `camera.eye`", |target| target != eye)?;
+fn camera(table: &Table, origin: DVec3) -> Result<Camera, SceneError> {
+    let [eye, target] = keyframes::eye_and_target(table, "camera.eye", origin)?;
     Ok(Camera {
         eye,
-        target: table.required("target", target, "target = [0.0, 1.0, 0.0]")?,
+        target,
         up: table.vector("up", "finite numbers, not all 0", |up| up != [0.0; 3])?.unwrap_or([0.0, 1.0, 0.0]),
         vertical_fov_degrees: table.number("vertical_fov_degrees", 1.0..=170.0)?.unwrap_or(60.0),
     })
@@ -178,7 +199,7 @@ const LIGHT_KEYS: [&str; 8] = [
     "moves",
 ];
 
-fn light(table: Table) -> Result<Light, SceneError> {
+fn light(table: Table, origin: DVec3) -> Result<Light, SceneError> {
     let kind = table.required("kind", table.text("kind")?, "kind = \"directional\"")?;
     let keys: &[&str] = match kind {
         "directional" => &["kind", "direction", "irradiance", "moves"],
@@ -206,8 +227,8 @@ fn light(table: Table) -> Result<Light, SceneError> {
         table.required("direction", value, "direction = [0.3, -1.0, 0.1]")
     };
     let position = || {
-        let value = table.vector("position", "finite numbers", |_| true)?;
-        table.required("position", value, "position = [0.0, 2.0, 0.0]")
+        let position = table.required("position", table.position("position")?, "position = [0.0, 2.0, 0.0]")?;
+        Ok::<_, SceneError>((DVec3::from(position) - origin).as_vec3().to_array())
     };
     Ok(match kind {
         "directional" => Light::Directional { direction: direction()?, irradiance: power("irradiance")? },

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::fmt::Write;
 use std::io::Cursor;
 
+use glam::DVec3;
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
 use crate::{Material, Mesh, SceneError, Texture};
@@ -23,6 +24,17 @@ pub fn write_obj(
     textures: &[Texture],
     name: &str,
 ) -> Result<Vec<(String, Vec<u8>)>, SceneError> {
+    write_obj_at(meshes, materials, textures, name, DVec3::ZERO)
+}
+
+/// As [`write_obj`], with all positions moved by `origin`.
+pub(super) fn write_obj_at(
+    meshes: &[Mesh],
+    materials: &[Material],
+    textures: &[Texture],
+    name: &str,
+    origin: DVec3,
+) -> Result<Vec<(String, Vec<u8>)>, SceneError> {
     let mut names = Names::default();
     let images: Vec<_> = textures.iter().map(|t| format!("textures/{}.png", names.take(&stem(&t.name)))).collect();
     let mut names = Names::default();
@@ -35,7 +47,7 @@ pub fn write_obj(
     let mut obj = format!("mtllib {name}.mtl\n");
     let mut first = 1;
     for mesh in meshes {
-        write_mesh(&mut obj, mesh, material_names.get(mesh.material), first);
+        write_mesh(&mut obj, mesh, material_names.get(mesh.material), first, origin);
         first += mesh.positions.len();
     }
     let mut files = vec![(format!("{name}.obj"), obj.into_bytes()), (format!("{name}.mtl"), mtl.into_bytes())];
@@ -82,13 +94,20 @@ fn write_material(mtl: &mut String, material: &Material, name: &str, textures: &
     }
 }
 
-fn write_mesh(obj: &mut String, mesh: &Mesh, material: Option<&String>, first: usize) {
+fn write_mesh(obj: &mut String, mesh: &Mesh, material: Option<&String>, first: usize, origin: DVec3) {
     let _ = writeln!(obj, "o {}", one_line(&mesh.name));
     if let Some(material) = material {
         let _ = writeln!(obj, "usemtl {material}");
     }
-    for [x, y, z] in &mesh.positions {
-        let _ = writeln!(obj, "v {x} {y} {z}");
+    for position in &mesh.positions {
+        let [x, y, z] = position;
+        // The digits of float64 only where they are needed.
+        let _ = if origin == DVec3::ZERO {
+            writeln!(obj, "v {x} {y} {z}")
+        } else {
+            let [x, y, z] = (DVec3::from(position.map(f64::from)) + origin).to_array();
+            writeln!(obj, "v {x} {y} {z}")
+        };
     }
     for [x, y, z] in &mesh.normals {
         let _ = writeln!(obj, "vn {x} {y} {z}");

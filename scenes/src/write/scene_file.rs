@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use super::obj::write_obj;
+use glam::DVec3;
+
+use super::obj::write_obj_at;
 use crate::{Camera, Keyframe, Light, Material, Mesh, Model, ModelSource, Motion, Scene, SceneError, Transform};
 
 /// Writes a scene as files; returns their paths and bytes, the scene file `NAME.toml` first. `name` is a plain name
@@ -14,12 +16,15 @@ use crate::{Camera, Keyframe, Light, Material, Mesh, Model, ModelSource, Motion,
 /// memory ([`Mesh::model`] is `None`) are written as OBJ files with their materials and textures: one file for all
 /// static meshes, one for each animated object, and one for those that only receive light.
 ///
+/// Positions are written in the coordinates of the scene's files: relative to their origin and not to [`Scene::origin`].
+///
 /// A scene that refers to all its models reads back equal. Numbers of an OBJ file read back bit for bit, except texture
 /// coordinates (see [`crate::write_obj`]). Meshes are grouped by model, so their order changes if models alternate.
 ///
 /// # Errors
 /// Those of [`crate::write_obj`], and an environment map that was made in memory: it has no file to refer to.
 pub fn write_scene(scene: &Scene, name: &str) -> Result<Vec<(String, Vec<u8>)>, SceneError> {
+    let origin = DVec3::from(scene.origin);
     let mut toml = format!("name = {}\n", quoted(&scene.name));
     let mut files = Vec::new();
     let receives_only = |mesh: &Mesh| scene.materials.get(mesh.material).is_some_and(|m| m.receive_only);
@@ -40,39 +45,39 @@ pub fn write_scene(scene: &Scene, name: &str) -> Result<Vec<(String, Vec<u8>)>, 
         } else {
             let file = if files.is_empty() { name.to_owned() } else { format!("{name}_{}", files.len()) };
             let (meshes, materials) = part(scene, |mesh| key(mesh) == model);
-            files.push(write_obj(&meshes, &materials, &scene.textures, &file)?);
+            files.push(write_obj_at(&meshes, &materials, &scene.textures, &file, scene.origin.into())?);
             let _ = writeln!(toml, "path = {}", quoted(&format!("{file}.obj")));
         }
         if receive_only {
             toml += "receive_only = true\n";
         }
         if let Some(motion) = object.and_then(|object| scene.moves.objects.get(object)) {
-            let _ = writeln!(toml, "pivot = {:?}", motion.pivot);
+            let _ = writeln!(toml, "pivot = {}", absolute(motion.pivot, origin));
             write_keyframes(&mut toml, motion, &["translate", "rotate_degrees", "scale"]);
         }
     }
     write_environment(&mut toml, scene)?;
     toml += "\n[camera]\n";
-    write_camera(&mut toml, &scene.camera);
+    write_camera(&mut toml, &scene.camera, origin);
     if !scene.moves.camera.is_empty() {
         toml += "moves = [\n";
         for key in &scene.moves.camera {
             let cut = if key.cut { ", cut = true" } else { "" };
-            let _ =
-                writeln!(toml, "    {{ frame = {}, eye = {:?}, target = {:?}{cut} }},", key.frame, key.eye, key.target);
+            let [eye, target] = [key.eye, key.target].map(|position| absolute(position, origin));
+            let _ = writeln!(toml, "    {{ frame = {}, eye = {eye}, target = {target}{cut} }},", key.frame);
         }
         toml += "]\n";
     }
     for camera in &scene.extra_cameras {
         toml += "\n[[extra_camera]]\n";
-        write_camera(&mut toml, camera);
+        write_camera(&mut toml, camera, origin);
     }
     if scene.lights.is_empty() {
         // Without this line a reader would add a sun.
         toml = format!("light = []\n{toml}");
     }
     for (index, light) in scene.lights.iter().enumerate() {
-        write_light(&mut toml, light);
+        write_light(&mut toml, light, origin);
         if let Some((_, motion)) = scene.moves.lights.iter().find(|(animated, _)| *animated == index) {
             let keys: &[&str] = match light {
                 Light::Directional { .. } => &["rotate_degrees"],
@@ -160,26 +165,40 @@ fn write_keyframes(toml: &mut String, motion: &Motion, keys: &[&str]) {
     *toml += "]\n";
 }
 
-fn write_camera(toml: &mut String, camera: &Camera) {
-    let _ = writeln!(toml, "eye = {:?}\ntarget = {:?}\nup = {:?}", camera.eye, camera.target, camera.up);
+fn write_camera(toml: &mut String, camera: &Camera, origin: DVec3) {
+    let [eye, target] = [camera.eye, camera.target].map(|position| absolute(position, origin));
+    let _ = writeln!(toml, "eye = {eye}\ntarget = {target}\nup = {:?}", camera.up);
     let _ = writeln!(toml, "vertical_fov_degrees = {:?}", camera.vertical_fov_degrees);
 }
 
-fn write_light(toml: &mut String, light: &Light) {
+/// A position in the coordinates of the scene's files.
+fn absolute(position: [f32; 3], origin: DVec3) -> String {
+    if origin == DVec3::ZERO {
+        return format!("{position:?}");
+    }
+    format!("{:?}", (DVec3::from(position.map(f64::from)) + origin).to_array())
+}
+
+fn write_light(toml: &mut String, light: &Light, origin: DVec3) {
     let _ = match *light {
         Light::Directional { direction, irradiance } => writeln!(
             toml,
             "\n[[light]]\nkind = \"directional\"\ndirection = {direction:?}\nirradiance = {irradiance:?}"
         ),
         Light::Point { position, intensity } => {
-            writeln!(toml, "\n[[light]]\nkind = \"point\"\nposition = {position:?}\nintensity = {intensity:?}")
+            writeln!(
+                toml,
+                "\n[[light]]\nkind = \"point\"\nposition = {}\nintensity = {intensity:?}",
+                absolute(position, origin)
+            )
         }
         Light::Spot { position, direction, intensity, half_angle_degrees, full_intensity_half_angle_degrees } => {
             writeln!(
                 toml,
-                "\n[[light]]\nkind = \"spot\"\nposition = {position:?}\ndirection = {direction:?}\nintensity = {intensity:?}\n\
+                "\n[[light]]\nkind = \"spot\"\nposition = {}\ndirection = {direction:?}\nintensity = {intensity:?}\n\
                  half_angle_degrees = {half_angle_degrees:?}\n\
-                 full_intensity_half_angle_degrees = {full_intensity_half_angle_degrees:?}"
+                 full_intensity_half_angle_degrees = {full_intensity_half_angle_degrees:?}",
+                absolute(position, origin)
             )
         }
     };

@@ -80,6 +80,90 @@ fn an_object_is_completely_visible_from_outside() {
     assert_fills_view(&load_obj("v 0 0 0\nv 0 0 1\nv 1 0 0\nf 1 2 3\n"));
 }
 
+/// Share of the pixels of a picture of 320 x 180 that show a surface, by one ray each.
+fn seen(scene: &Scene) -> f32 {
+    let [x, y] = scene.camera.tan_half_fov(320, 180);
+    let to_world = scene.camera.view_matrix().inverse();
+    let eye = Vec3::from(scene.camera.eye).as_dvec3();
+    let hits = (0..320 * 180).filter(|i| {
+        let at = |i: i32, count: i32| (2 * i + 1) as f32 / count as f32 - 1.0;
+        let ray = to_world.transform_vector3(Vec3::new(at(i % 320, 320) * x, -at(i / 320, 180) * y, -1.0)).as_dvec3();
+        scene.meshes.iter().any(|mesh| {
+            mesh.indices.as_chunks::<3>().0.iter().any(|triangle| {
+                let [a, b, c] = triangle.map(|i| Vec3::from(mesh.positions[i as usize]).as_dvec3() - eye);
+                let volumes = [ray.dot(a.cross(b)), ray.dot(b.cross(c)), ray.dot(c.cross(a))];
+                let same = volumes.iter().all(|&v| v >= 0.0) || volumes.iter().all(|&v| v <= 0.0);
+                let normal = (b - a).cross(c - a);
+                same && a.dot(normal) / ray.dot(normal) > 0.0
+            })
+        })
+    });
+    hits.count() as f32 / (320.0 * 180.0)
+}
+
+#[test]
+fn long_thin_things_are_seen_from_one_end() {
+    let thing = |low, high| load_obj(&make_box(low, high, &[], false));
+    for scene in [
+        thing([-0.2, 0.0, -0.2], [0.2, 200.0, 0.2]),
+        thing([-500.0, 0.0, -0.2], [500.0, 0.4, 0.2]),
+        thing([-0.2, 0.0, -500.0], [0.2, 0.4, 500.0]),
+    ] {
+        let share = seen(&scene);
+        assert!(share >= 0.01, "{share} {:?}", scene.camera);
+        assert_eq!(scene.warnings, [""; 0]);
+    }
+}
+
+#[test]
+fn strays_and_grounds_do_not_move_the_camera_away() {
+    let cube = make_box([-1.0, 0.0, -1.0], [1.0, 2.0, 1.0], &[], false);
+    let alone = load_obj(&cube);
+    assert!(seen(&alone) > 0.1);
+    for stray in
+        ["v 250000 0 0\nv 250001 0 0\nv 250000 1 0\nf -3 -2 -1\n", "v 0 0 -900\nv 1 0 -900\nv 0 1 -900\nf -3 -2 -1\n"]
+    {
+        let scene = load_obj(&(cube.clone() + stray));
+        assert_eq!((scene.camera, scene.lights), (alone.camera, alone.lights.clone()), "{stray}");
+    }
+    let ground = "v -20000 0 -20000\nv 20000 0 -20000\nv 20000 0 20000\nv -20000 0 20000\nf -1 -2 -3 -4\n";
+    let scene = load_obj(&(cube.clone() + ground));
+    assert_eq!(scene.camera, alone.camera);
+    // Two cubes of the same size are both shown, however far apart.
+    let two = load_obj(&(cube + &make_box([99.0, 0.0, -1.0], [101.0, 2.0, 1.0], &[], false)));
+    assert_ne!(two.camera, alone.camera);
+}
+
+#[test]
+fn dust_is_seen_from_close_by() {
+    // A thousand grains of dust in a wide cube.
+    let grains = (0..1000_u32).map(|i| {
+        let at = [i % 10, i / 10 % 10, i / 100].map(|k| k * 1000);
+        let [x, y, z] = at;
+        format!("v {x} {y} {z}\nv {x}.001 {y} {z}\nv {x} {y}.001 {z}\nf -3 -2 -1\n")
+    });
+    let scene = load_obj(&grains.collect::<String>());
+    assert!(seen(&scene) >= 0.01);
+    assert_eq!(scene.warnings, [""; 0]);
+}
+
+#[test]
+fn a_scene_without_light_gets_a_sky_beside_its_sun() {
+    let scene = load_obj(TRIANGLE);
+    let sky = scene.environment.clone().expect("a sky");
+    assert!(sky.texels.len() == 1 && sky.texels[0].iter().all(|&x| x > 0.0 && x < 1.0), "{sky:?}");
+    sun(&scene);
+    // It can be saved, and is read back.
+    let files: MemoryFiles =
+        halflight_scenes::write_scene(&scene, "again").expect("a good scene").into_iter().collect();
+    let mut files = files;
+    files.insert("m.obj", TRIANGLE);
+    assert_eq!(load_scene(&files, "again.toml".as_ref()).expect("it was written").environment, scene.environment);
+    // A closed room gets its lamp only.
+    let room = load_obj(&make_box([0.0; 3], [4.0, 3.0, 6.0], &[], true));
+    assert_eq!((room.environment, room.lights.len()), (None, 1));
+}
+
 #[test]
 fn an_open_box_is_seen_through_its_opening() {
     for (opening, axis) in [("+z", Vec3::Z), ("-z", Vec3::NEG_Z), ("+x", Vec3::X), ("-x", Vec3::NEG_X)] {

@@ -1,7 +1,9 @@
 //! Readers and writers through the public interface: files in, scenes or error messages out.
 
 mod automatic;
+mod colours;
 mod damage;
+mod far;
 mod keyframes;
 mod materials;
 mod obj;

@@ -33,7 +33,7 @@ fn colours() -> RgbImage {
 
 #[test]
 fn every_quantity_is_read() {
-    let read = material("Kd .5 .25 0\nKe 3 2 1\nKs .1 .2 .3\nNs 80\nNi 1.5\nillum 2\nPr 0.3\n");
+    let read = material("Kd .5 .25 0\nKe 3 2 1\nKs .1 .2 .3\nNs 80\nNi 1.5\nillum 2\nKa 1 1 1\nTf 1 1 1\nPm 0\n");
     assert_eq!((read.name.as_str(), read.albedo), ("m", [0.5, 0.25, 0.0]));
     assert_eq!((read.emission, read.specular, read.phong_exponent), ([3.0, 2.0, 1.0], [0.1, 0.2, 0.3], 80.0));
     assert_eq!(material("kd 0.5\n").albedo, [0.5; 3]);
@@ -99,6 +99,7 @@ fn common_formats_are_read() {
         ("i.jpg", ImageFormat::Jpeg),
         ("i.tga", ImageFormat::Tga),
         ("i.bmp", ImageFormat::Bmp),
+        ("i.webp", ImageFormat::WebP),
     ] {
         let grey = RgbImage::from_pixel(8, 8, Rgb([100, 100, 100]));
         let scene =
@@ -157,10 +158,10 @@ fn missing_and_broken_images_are_replaced_with_a_warning() {
     assert_warns(&scene, &["dir/gone.png", "is missing", "drawn opaque"]);
     assert_eq!(scene.materials[0].alpha_texture, None);
 
-    // One file, one warning.
+    // One file, one warning that names every material.
     let obj = format!("mtllib m.mtl\nusemtl m\n{TRIANGLE}usemtl n\nf 3 2 1\n");
     let mtl = "newmtl m\nmap_Kd gone.png\nnewmtl n\nmap_Kd gone.png\n";
-    assert_warns(&load(&[("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())], "m.obj"), &["gone.png"]);
+    assert_warns(&load(&[("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())], "m.obj"), &["gone.png", "`m`, `n`"]);
 }
 
 #[test]
@@ -169,6 +170,78 @@ fn texture_options_are_ignored_with_a_warning() {
     let scene = with_library("newmtl m\nmap_Kd -s 2 2 1 a.png\n", &[("dir/a.png", &png)]);
     assert_warns(&scene, &["dir/m.mtl:2:", "options", "map_Kd -s 2 2 1 a.png"]);
     assert_eq!(scene.textures[0].name, "a.png");
+}
+
+#[test]
+fn the_file_is_found_whatever_stands_around_its_name() {
+    let png = encoded(colours(), ImageFormat::Png);
+    for line in [
+        "-o 0.0 -7.0 0.0 -s 1.0 10.0 1.0 -clamp on tex dir/my image.png",
+        "-s 10 10 10 tex dir\\my image.png",
+        "tex dir/my image.png -s 2 2 1",
+        "-bm 0.3 -blendu on -mm 0 1 -texres 512 tex dir/my image.png",
+        "tex dir/my image.png # the front",
+        "\"tex dir/my image.png\"",
+    ] {
+        let mtl = format!("newmtl m\nmap_Kd {line}\n");
+        let scene = with_library(&mtl, &[("dir/tex dir/my image.png", &png)]);
+        assert_eq!(scene.textures[0].rgba[..4], [255, 0, 0, 255], "{line}: {:?}", scene.warnings);
+    }
+    // A name that looks like one with a comment or an option.
+    let scene = with_library("newmtl m\nmap_Kd a # 1.png\n", &[("dir/a # 1.png", &png), ("dir/a", b"another")]);
+    assert_eq!((scene.textures[0].width, scene.warnings.len()), (2, 0));
+}
+
+#[test]
+fn images_with_paths_of_other_computers_are_found_by_name() {
+    let png = encoded(colours(), ImageFormat::Png);
+    for (name, place) in [
+        ("C:\\work\\x\\wall.png", "dir/wall.png"),
+        ("/home/x/wall.png", "dir/wall.png"),
+        ("../maps/wall.png", "dir/textures/wall.png"),
+        ("D:/maps/wall.png", "dir/textures/wall.png"),
+    ] {
+        let scene = with_library(&format!("newmtl m\nmap_Kd {name}\n"), &[(place, &png)]);
+        assert_eq!(scene.textures[0].width, 2, "{name}");
+        assert_warns(&scene, &["dir/m.obj", "one image", "by its file name"]);
+    }
+    // Beside the model where the library is elsewhere.
+    let obj = format!("mtllib lib/m.mtl\nusemtl m\n{TRIANGLE}");
+    let files: [(&str, &[u8]); 3] =
+        [("m.obj", obj.as_bytes()), ("lib/m.mtl", b"newmtl m\nmap_Kd tex/wall.png\n"), ("tex/wall.png", &png)];
+    assert_eq!(load(&files, "m.obj").textures[0].width, 2);
+}
+
+#[test]
+fn lines_that_change_the_light_are_drawn_or_told_once() {
+    for (line, told) in [
+        ("Tf 0.5 1 1", "`Tf`"),
+        ("illum 7", "`illum 7`"),
+        ("Pr 0.3\nPm 1\nPm 1", "`Pr`, `Pm` (2 times)"),
+        ("map_Ks a.png\nbump b.png\nmap_Bump c.png\nnorm d.png", "`map_Ks`, `bump`, `map_Bump`, `norm`"),
+        ("refl -type sphere a.png\ndisp b.png\ndecal c.png", "`refl`, `disp`, `decal`"),
+    ] {
+        let scene = with_library(&format!("newmtl m\n{line}\n"), &[]);
+        assert_warns(&scene, &["dir/m.mtl:", "not used", told]);
+    }
+    for quiet in ["illum 2", "illum 0", "Ni 1.5", "Ka 1 1 1\nmap_Ka a.png", "d 1", "Tr 0", "Tf 0 0 0", "# Pm 1"] {
+        assert_eq!(with_library(&format!("newmtl m\n{quiet}\n"), &[]).warnings, [""; 0], "{quiet}");
+    }
+    assert_warns(&with_library("newmtl m\nTr 0.7\n", &[]), &["dir/m.mtl:1:", "`m`", "Tr 0.7", "opaque", "map_d"]);
+    assert_warns(&with_library("newmtl m\nd -halo 0.6\n", &[]), &["d 0.6", "opaque"]);
+    // `d` is the newer keyword.
+    assert_eq!(with_library("newmtl m\nd 1\nTr 1\n", &[]).warnings, [""; 0]);
+    assert_warns(&with_library("newmtl m\nglitter 3\n", &[]), &["dir/m.mtl:", "unknown keywords", "`glitter`"]);
+}
+
+#[test]
+fn an_image_that_is_cut_off_is_told() {
+    // Large enough for several blocks of a JPEG file.
+    let noise = RgbImage::from_fn(64, 64, |x, y| Rgb([(x * y) as u8, (x * 37) as u8, (y * 91) as u8]));
+    let jpeg = encoded(noise, ImageFormat::Jpeg);
+    let scene = with_library("newmtl m\nmap_Kd a.jpg\n", &[("dir/a.jpg", &jpeg[..jpeg.len() * 2 / 3])]);
+    assert_warns(&scene, &["dir/m.mtl:1:", "`m`", "dir/a.jpg", "cut off"]);
+    assert_eq!(scene.textures[0].width, 64);
 }
 
 #[test]
@@ -205,4 +278,36 @@ fn libraries_are_found_wherever_they_are_named() {
         assert_eq!(scene.warnings, [""; 0]);
         assert_eq!(scene.materials[0].albedo, [1.0, 0.0, 0.0]);
     }
+    // Names with blanks beside others, a comment, quotes, and the path of another computer.
+    for line in ["x.mtl my lib.mtl", "my lib.mtl # walls", "\"my lib.mtl\"", "C:\\x\\my lib.mtl"] {
+        let obj = format!("mtllib {line}\nusemtl m\n{TRIANGLE}");
+        let files: [(&str, &[u8]); 3] =
+            [("m.obj", obj.as_bytes()), ("x.mtl", b"newmtl n\n"), ("my lib.mtl", b"newmtl m\nKd 1 0 0\n")];
+        let scene = load(&files, "m.obj");
+        assert_eq!((scene.materials[0].albedo, scene.warnings.len()), ([1.0, 0.0, 0.0], 0), "{line}");
+    }
+    // One of two is missing.
+    let obj = format!("mtllib m.mtl gone.mtl\nusemtl m\n{TRIANGLE}");
+    let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", b"newmtl m\nKd 1 0 0\n")], "m.obj");
+    assert_eq!(scene.materials[0].albedo, [1.0, 0.0, 0.0]);
+    assert_warns(&scene, &["m.obj:1:", "`gone.mtl`", "no such file"]);
+}
+
+#[test]
+fn names_of_materials_may_have_comments_and_tabs() {
+    let mtl = "  newmtl   grey \t\n\tKD\t0.7\t0.7 0.7 # plaster\n\tnewmtl red # brick\n   Kd 0.7 0.1 0.1\n newmtl a # b\nKd 0 0 1\n";
+    for (line, albedo) in [
+        ("usemtl  \tgrey  \t", [0.7; 3]),
+        ("  usemtl red # towards the street", [0.7, 0.1, 0.1]),
+        ("USEMTL red", [0.7, 0.1, 0.1]),
+        ("usemtl a # b", [0.0, 0.0, 1.0]),
+    ] {
+        let obj = format!("\tMTLLIB   m.mtl \t\n{line}\n{TRIANGLE}");
+        let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())], "m.obj");
+        assert_eq!((scene.materials[0].albedo, scene.warnings.len()), (albedo, 0), "{line}");
+    }
+    // Two comments, one material.
+    let obj = format!("mtllib m.mtl\nusemtl red # a\n{TRIANGLE}usemtl red # b\nf 3 2 1\n");
+    let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())], "m.obj");
+    assert_eq!((scene.materials.len(), scene.meshes.len()), (1, 1));
 }

@@ -64,8 +64,12 @@ fn unusual_but_valid_lines_are_read() {
         "\u{feff}# head\r\nv 0 0 0\r\nv 1 0 0 # one\r\n\tv 0 1 0\r\nf -3 -2 -1 # face\r\n",
         // A face before its vertices, and a line that continues on the next.
         "f 1 2 \\\n 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n",
-        // Weights and colours, points, lines, curves and smoothing groups.
-        "v 0 0 0 2\nv 1 0 0 1 0 0\nv 0 1 0\ns off\np 1\nl 1 2 3\ncurv 0 1 1 2\nf 1 2 3\n",
+        // Weights, white vertices and smoothing groups.
+        "v 0 0 0 2\nv 1 0 0 1 1 1\nv 0 1 0\ns off\nvp 1 2\nf 1 2 3\n",
+        // Keywords in upper case, old line ends, tabs.
+        "V 0 0 0\rv\t1 0 0\r\nV 0 1 0\rG\rF 1 2 3",
+        // A comment that ends like a line that continues.
+        "# C:\\models\\\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1// 2// 3//\n",
     ] {
         let scene = load_obj(text);
@@ -78,6 +82,52 @@ fn unusual_but_valid_lines_are_read() {
 fn text_that_is_not_utf8_is_read() {
     let text = [b"# caf\xe9\no t\xfcr\n", TRIANGLE.as_bytes()].concat();
     assert_eq!(crate::load(&[("m.obj", &text)], "m.obj").triangle_count(), 1);
+}
+
+#[test]
+fn utf16_is_read() {
+    let little: Vec<u8> = "\u{feff}".encode_utf16().chain(TRIANGLE.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    let big: Vec<u8> = "\u{feff}".encode_utf16().chain(TRIANGLE.encode_utf16()).flat_map(u16::to_be_bytes).collect();
+    for bytes in [little, big] {
+        assert_eq!(corners(&crate::load(&[("m.obj", &bytes)], "m.obj")), corners(&load_obj(TRIANGLE)));
+    }
+}
+
+#[test]
+fn what_is_not_drawn_is_told_once() {
+    for (lines, parts) in [
+        ("p 1\nl 1 2 3\n", ["2 lines and points", "not drawn"]),
+        ("l 1 2\n", ["1 line or point", "is not drawn"]),
+        (
+            "cstype bezier\ndeg 3\ncurv 0 1 1 2\nsurf 0 1 0 1 1\ncurv 0 1 1 2\nend\n",
+            ["`curv` (2 times), `surf`", "not drawn"],
+        ),
+        ("colour 1 0 0\nfloor\ncolour 1 0 0\n", ["unknown keywords", "`colour` (2 times), `floor`"]),
+    ] {
+        assert_warns(&load_obj(&format!("{TRIANGLE}{lines}")), &["m.obj:", parts[0], parts[1]]);
+    }
+}
+
+/// Area of all triangles of a scene in the plane z = 0, positive towards +z.
+fn area(scene: &halflight_scenes::Scene) -> f32 {
+    let corners: Vec<_> = corners(scene).into_iter().map(|(_, (position, ..))| position).collect();
+    let twice =
+        |t: &[[f32; 3]; 3]| (t[1][0] - t[0][0]) * (t[2][1] - t[0][1]) - (t[1][1] - t[0][1]) * (t[2][0] - t[0][0]);
+    0.5 * corners.as_chunks::<3>().0.iter().map(twice).sum::<f32>()
+}
+
+#[test]
+fn concave_faces_have_their_own_area() {
+    let letter = "v 0 0 0\nv 3 0 0\nv 3 1 0\nv 1 1 0\nv 1 2 0\nv 3 2 0\nv 3 3 0\nv 0 3 0\n";
+    for face in ["f 1 2 3 4 5 6 7 8\n", "f 5 6 7 8 1 2 3 4\n"] {
+        let scene = load_obj(&format!("{letter}{face}"));
+        assert_eq!((area(&scene), scene.triangle_count()), (7.0, 6), "{face}");
+        assert!(corners(&scene).iter().all(|(_, (_, normal, _))| *normal == [0.0, 0.0, 1.0]));
+        assert_eq!(scene.warnings, [""; 0]);
+    }
+    // The other way round, the normals point the other way.
+    let turned = load_obj(&format!("{letter}f 8 7 6 5 4 3 2 1\n"));
+    assert_eq!(area(&turned), -7.0);
 }
 
 #[test]

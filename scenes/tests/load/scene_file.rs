@@ -282,3 +282,24 @@ fn an_environment_is_a_radiance_or_a_map() {
 fn text_that_is_not_utf8_is_refused() {
     assert_says(&refusal(&[("s.toml", b"name = \"\xff\"\n")], "s.toml"), &["s.toml:", "UTF-8"]);
 }
+
+#[test]
+fn radiance_maps_are_read_and_odd_shapes_are_told() {
+    let toml = format!("{MODEL}{CAMERA}[environment]\nmap = 'sky.hdr'\n");
+    let read = |resolution: &str, pixels: usize| {
+        let sky = [format!("#?RADIANCE\n\n{resolution}\n").as_bytes(), &[128, 64, 0, 129].repeat(pixels)].concat();
+        let files: [(&str, &[u8]); 3] =
+            [("s.toml", toml.as_bytes()), ("m.obj", TRIANGLE.as_bytes()), ("sky.hdr", &sky)];
+        load(&files, "s.toml")
+    };
+    let scene = read("-Y 4 +X 8", 32);
+    let sky = scene.environment.as_ref().expect("a sky");
+    assert_eq!((sky.width, sky.height, sky.texels[31], sky.map.as_deref()), (8, 4, [1.0, 0.5, 0.0], Some("sky.hdr")));
+    assert_eq!((scene.lights.len(), scene.warnings.len()), (0, 0));
+    for (resolution, pixels, size) in
+        [("-Y 8 +X 8", 64, "8 x 8"), ("-Y 1 +X 8", 8, "8 x 1"), ("-Y 8 +X 4", 32, "4 x 8")]
+    {
+        let scene = read(resolution, pixels);
+        crate::assert_warns(&scene, &["sky.hdr:", size, "twice as wide", "stretched"]);
+    }
+}

@@ -8,12 +8,18 @@
 //! - *Open box*: at least half of the rays hit front faces, and a ray along a horizontal axis escapes (a Cornell box).
 //!   The camera looks in through the opening along that axis.
 //! - *Object*: everything else. The camera looks at it from the front right, slightly from above.
+//!
+//! Strays far away and a vast ground count for nothing ([`subject`]). A camera that shows too little is replaced by one
+//! close to an end of what is long and thin, or in front of the largest triangle.
+
+mod coverage;
+mod subject;
 
 use std::f32::consts::TAU;
 
 use glam::{DVec3, Quat, Vec3};
 
-use crate::{Camera, Light, Scene};
+use crate::{Camera, Environment, Light, Scene};
 
 /// The first hit of a ray.
 #[derive(Clone, Copy)]
@@ -50,6 +56,31 @@ pub(super) struct Interior {
     ahead: f32,
     /// Half the height of the bounding box above the floor.
     height: f32,
+}
+
+/// Least share of the picture that shows a surface.
+const SEEN: f32 = 0.01;
+
+/// Adds an automatic camera and an automatic light, each if asked to.
+pub(super) fn add(scene: &mut Scene, camera: bool, light: bool) {
+    let subject = subject::of(scene);
+    let shape = Shape::of(&subject);
+    let (found, share) = shape.best_camera(&subject);
+    // What hides the subject from the camera is seen, too.
+    let hidden = camera && share < SEEN && !matches!(shape, Shape::Empty);
+    drop(subject);
+    if camera {
+        scene.camera = found;
+    }
+    if hidden {
+        let advice = "write a scene file with `[camera]`, `eye` and `target`";
+        scene
+            .warnings
+            .push(format!("the automatic camera sees almost nothing: what it found is thinner than a pixel; {advice}"));
+    }
+    if light {
+        shape.add_light(scene);
+    }
 }
 
 impl Shape {
@@ -98,11 +129,36 @@ impl Shape {
         }
     }
 
-    /// Adds a sun that lights what [`Self::camera`] shows: high, slightly to the side, behind the camera. In an interior
+    /// The camera that shows the scene well, or the first of others that shows enough of it; and the share of the picture
+    /// that shows a surface.
+    fn best_camera(&self, scene: &Scene) -> (Camera, f32) {
+        let usual = self.camera(scene);
+        let share = coverage::coverage(scene, &usual);
+        let Self::Object { low, high } = self else { return (usual, share) };
+        if share >= SEEN {
+            return (usual, share);
+        }
+        let mut best = (usual, share);
+        for camera in along(*low, *high).into_iter().chain(in_front_of_largest(scene)) {
+            let share = coverage::coverage(scene, &camera);
+            // Twice the least share: another size of picture may show less.
+            if share >= 2.0 * SEEN {
+                return (camera, share);
+            }
+            if share > best.1 {
+                best = (camera, share);
+            }
+        }
+        best
+    }
+
+    /// Adds a soft sky, and a sun that lights what [`Self::camera`] shows: high, slightly to the side, behind the camera. In an interior
     /// it is the first of several such directions from which light reaches the centre through an opening. An interior
-    /// without an opening gets a point light under its ceiling instead, and a warning.
+    /// without an opening gets a point light under its ceiling instead of both, and a warning.
     pub fn add_light(&self, scene: &mut Scene) {
         const IRRADIANCE: [f32; 3] = [10.0, 9.5, 8.5];
+        // Its irradiance on open ground is about a sixth of the sun's.
+        const SKY: [f32; 3] = [0.4, 0.5, 0.65];
         let direction = match self {
             Self::Empty => return,
             Self::OpenBox { outwards, .. } => travels(-outwards, 25.0, 40.0),
@@ -122,6 +178,7 @@ impl Shape {
             },
         };
         scene.lights.push(Light::Directional { direction: direction.to_array(), irradiance: IRRADIANCE });
+        scene.environment = Some(Environment::constant(SKY));
     }
 }
 
@@ -189,6 +246,43 @@ fn fitted(low: Vec3, high: Vec3, direction: Vec3) -> Camera {
     let signs = (0..8).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0);
     let distance = signs.map(|sign| needed(sign * half)).fold(f32::MIN_POSITIVE, f32::max);
     Camera { eye: (centre + back * distance).to_array(), target: centre.to_array(), ..camera }
+}
+
+/// Cameras close to the lower end of a long, thin box that look along it, the farthest first.
+fn along(low: Vec3, high: Vec3) -> Vec<Camera> {
+    let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let axis = half.max_position();
+    let mut direction = Vec3::ZERO;
+    direction[axis] = 1.0;
+    let thickness = Vec3::select(direction.cmpgt(Vec3::ZERO), Vec3::ZERO, half).max_element();
+    // A pillar is looked up to from the front right; a beam from beside and above.
+    let aside =
+        if axis == 1 { Vec3::new(0.5, 0.0, 1.0) } else { Vec3::new(0.0, 0.5, 0.0) + direction.cross(Vec3::Y).abs() };
+    let end = centre - half[axis] * direction;
+    [128.0, 64.0, 32.0, 16.0, 8.0, 4.0]
+        .map(|k| {
+            let eye = end + k * thickness * (aside.normalize() + 0.5 * direction);
+            // Towards a part ahead that is not far, so that it crosses the picture.
+            let target = end + direction * (2.0 * half[axis]).min(3.0 * k * thickness);
+            Camera { eye: eye.to_array(), target: target.to_array(), ..upright(40.0) }
+        })
+        .into_iter()
+        .filter(|camera| camera.eye != camera.target)
+        .collect()
+}
+
+/// A camera that looks at the triangle of the largest area along its normal.
+fn in_front_of_largest(scene: &Scene) -> Option<Camera> {
+    let triangles = scene.meshes.iter().flat_map(|mesh| {
+        mesh.indices.as_chunks::<3>().0.iter().map(|t| t.map(|i| Vec3::from(mesh.positions[i as usize])))
+    });
+    let normal = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
+    let largest = triangles.max_by(|&a, &b| normal(a).length_squared().total_cmp(&normal(b).length_squared()))?;
+    let centre = (largest[0] + largest[1] + largest[2]) / 3.0;
+    let towards = normal(largest).try_normalize()?;
+    let radius = largest.into_iter().map(|corner| corner.distance(centre)).fold(0.0, f32::max);
+    let eye = centre + 2.0 * radius * towards;
+    Some(Camera { eye: eye.to_array(), target: centre.to_array(), ..upright(40.0) })
 }
 
 /// Area-weighted centroid of all triangles.

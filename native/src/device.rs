@@ -69,7 +69,9 @@ impl NativeGpu {
         let software = |adapter: &wgpu::Adapter| adapter.get_info().device_type == wgpu::DeviceType::Cpu;
         let names: Vec<String> = found.iter().map(|adapter| adapter.get_info().name).collect();
         let number = match choice {
-            AdapterChoice::Named(text) => text.parse::<usize>().ok().filter(|number| (1..=found.len()).contains(number)),
+            AdapterChoice::Named(text) => {
+                text.parse::<usize>().ok().filter(|number| (1..=found.len()).contains(number))
+            }
             _ => None,
         };
         let adapter = found

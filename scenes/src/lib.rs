@@ -19,6 +19,7 @@
 //! # Ok::<(), halflight_scenes::SceneError>(())
 //! ```
 
+pub mod bundled;
 mod data;
 mod error;
 pub mod generators;

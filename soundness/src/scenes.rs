@@ -1,9 +1,7 @@
 //! Scenes made of a few quads, most with a closed form, and the bundled scenes.
 
-use std::path::Path;
-
 use glam::Vec3;
-use halflight_scenes::{Camera, Keyframe, Light, Material, MemoryFiles, Mesh, Motion, Scene, load_scene};
+use halflight_scenes::{Camera, Keyframe, Light, Material, Mesh, Motion, Scene};
 
 /// A flat quad: corner and two edges; its normal is the cross product of the edges.
 pub fn quad(corner: Vec3, u: Vec3, v: Vec3, material: usize) -> Mesh {
@@ -139,16 +137,7 @@ pub fn triangle(material: Material) -> Scene {
 /// # Panics
 /// Where no such scene is part of the program.
 pub fn bundled(name: &str) -> Scene {
-    let text = match name {
-        "atrium" => include_str!("../../scenes/atrium.toml"),
-        "bars" => include_str!("../../scenes/bars.toml"),
-        "cornell" => include_str!("../../scenes/cornell.toml"),
-        "furnace" => include_str!("../../scenes/furnace.toml"),
-        "motion" => include_str!("../../scenes/motion.toml"),
-        other => panic!("no bundled scene is called {other}"),
-    };
-    let files = MemoryFiles::from_iter([("scene.toml", text)]);
-    load_scene(&files, Path::new("scene.toml")).expect("a bundled scene loads")
+    halflight_scenes::bundled::scene(name).expect("a bundled scene loads")
 }
 
 /// The scene with every length multiplied by this factor, and the same irradiance everywhere.

@@ -129,37 +129,36 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         storage: parameters.storage,
     };
     let source = Inputs { direct: feedback.as_ref().map_or(inputs.direct, |feedback| feedback.source), ..*inputs };
-    let light =
-        slices.plan(plan, &source, |SliceInputs { surfels, planes, gathered, sky, packed, scale, radius }| {
-            Call::from(Gather {
-                surfels,
-                planes,
-                gathered,
-                ambient: sky.is_some(),
-                light: lit,
-                packed,
-                wide: sectors > 32,
-                environment: sky.map(|sky| sky.environment),
-                grid: sky.map(|sky| sky.voxels.grid),
-                voxels: sky.map(|sky| sky.voxels.voxels),
-                params: gather::Params {
-                    scale,
-                    radius,
-                    thickness: parameters.thickness,
-                    thickness_slope: parameters.thickness_slope,
-                },
-                constants: gather::Constants {
-                    slices: parameters.slices,
-                    steps: parameters.steps,
-                    sectors,
-                    spacing: parameters.spacing as u32,
-                    jitter: parameters.jitter == Switch::On,
-                    radiometric: parameters.estimator == Estimator::Radiometric,
-                    over_frames: parameters.temporal_a > 0.0,
-                    ambient: parameters.ambient as u32,
-                },
-            })
-        });
+    let light = slices.plan(plan, &source, |SliceInputs { surfels, planes, gathered, sky, packed, scale, radius }| {
+        Call::from(Gather {
+            surfels,
+            planes,
+            gathered,
+            ambient: sky.is_some(),
+            light: lit,
+            packed,
+            wide: sectors > 32,
+            environment: sky.map(|sky| sky.environment),
+            grid: sky.map(|sky| sky.voxels.grid),
+            voxels: sky.map(|sky| sky.voxels.voxels),
+            params: gather::Params {
+                scale,
+                radius,
+                thickness: parameters.thickness,
+                thickness_slope: parameters.thickness_slope,
+            },
+            constants: gather::Constants {
+                slices: parameters.slices,
+                steps: parameters.steps,
+                sectors,
+                spacing: parameters.spacing as u32,
+                jitter: parameters.jitter == Switch::On,
+                radiometric: parameters.estimator == Estimator::Radiometric,
+                over_frames: parameters.temporal_a > 0.0,
+                ambient: parameters.ambient as u32,
+            },
+        })
+    });
     let light = temporal_filter(plan, inputs, light, parameters.temporal_a);
     if let (Some(feedback), Some(light)) = (feedback, light) {
         feedback.write_history(plan, inputs, light);

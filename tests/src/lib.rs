@@ -16,7 +16,7 @@ use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, Value},
 };
-use halflight_scenes::{DiskFiles, Scene, load_scene};
+use halflight_scenes::Scene;
 use halflight_techniques::technique;
 
 /// Root of the workspace.
@@ -42,8 +42,7 @@ pub fn device() -> &'static NativeGpu {
 /// # Panics
 /// Where it does not load.
 pub fn bundled(name: &str) -> Scene {
-    let path = workspace().join("scenes").join(format!("{name}.toml"));
-    load_scene(&DiskFiles, &path).expect("a bundled scene loads")
+    halflight_scenes::bundled::scene(name).expect("a bundled scene loads")
 }
 
 /// A request for a technique with settings as grid files write them: `("levels", "4")`.

@@ -91,7 +91,8 @@ fn plans_tell_what_a_technique_leaves_out() {
     };
     for technique in TECHNIQUES {
         let claims = claiming().any(|claiming| claiming.name == technique.name);
-        let expected = if claims { vec![] } else { vec![format!("{} leaves out indirect light of the sky", technique.name)] };
+        let expected =
+            if claims { vec![] } else { vec![format!("{} leaves out indirect light of the sky", technique.name)] };
         assert_eq!(note(technique), expected);
     }
 }

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use halflight_renderer::parameters::Value;
-use halflight_scenes::{Camera, generators::NAMES};
+use halflight_scenes::{Camera, bundled::NAMES};
 use halflight_techniques::{parameters_of, technique};
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 

@@ -67,7 +67,8 @@ mod tests {
     use halflight_scenes::{Camera, MemoryFiles, load_scene};
 
     use super::*;
-    use crate::{scenes::bundled, state::LightChange};
+    use crate::state::LightChange;
+    use halflight_scenes::bundled::scene as bundled;
 
     #[test]
     fn presets_can_be_read() {

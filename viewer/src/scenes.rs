@@ -2,32 +2,10 @@
 
 use std::{io::Cursor, path::Path};
 
-use halflight_scenes::{MemoryFiles, Scene, SceneError, generators::NAMES, load_scene};
-
-/// Scene files of the generators by name.
-const FILES: [(&str, &str); 6] = [
-    ("atrium", include_str!("../../scenes/atrium.toml")),
-    ("bars", include_str!("../../scenes/bars.toml")),
-    ("cornell", include_str!("../../scenes/cornell.toml")),
-    ("furnace", include_str!("../../scenes/furnace.toml")),
-    ("motion", include_str!("../../scenes/motion.toml")),
-    ("statue", include_str!("../../scenes/statue.toml")),
-];
+use halflight_scenes::{MemoryFiles, Scene, SceneError, load_scene};
 
 /// Largest unpacked size of a zip, bytes. More does not fit into a browser's memory together with the loaded scene.
 const LARGEST_ZIP: u64 = 1 << 30;
-
-/// The bundled scene of this name.
-///
-/// # Errors
-/// If there is no scene of that name.
-pub fn bundled(name: &str) -> Result<Scene, SceneError> {
-    let file = FILES.iter().find(|(known, _)| *known == name);
-    let (name, text) =
-        file.ok_or_else(|| SceneError(format!("there is no scene {name}: choose {}", NAMES.join(", "))))?;
-    let path = format!("{name}.toml");
-    load_scene(&MemoryFiles::from_iter([(&path, text.as_bytes().to_vec())]), Path::new(&path))
-}
 
 /// A scene from files that were dropped together: one `.obj` or scene `.toml`, with its materials and textures, or a
 /// `.zip` of them.
@@ -128,14 +106,6 @@ mod tests {
             writer.write_all(text.as_bytes()).expect("memory takes it");
         }
         writer.finish().expect("a complete zip").into_inner()
-    }
-
-    #[test]
-    fn every_generator_is_bundled() {
-        assert_eq!(FILES.map(|(name, _)| name), NAMES);
-        let scene = bundled("cornell").expect("a bundled scene");
-        assert_eq!((scene.name.as_str(), scene.lights.len()), ("cornell", 1));
-        assert!(bundled("moon").expect_err("no such scene").to_string().contains("choose atrium"));
     }
 
     #[test]

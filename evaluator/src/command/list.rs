@@ -46,14 +46,13 @@ pub(super) fn main(args: &ListArgs) -> Result<(), Error> {
             .zip(halflight_native::adapters())
             .map(|(number, info)| {
                 let driver = format!("{} {}", info.driver, info.driver_info);
-                let summary =
-                    format!("--adapter {number}: {:?}, {:?}, {driver}", info.device_type, info.backend);
+                let summary = format!("--adapter {number}: {:?}, {:?}, {driver}", info.device_type, info.backend);
                 json!({ "name": info.name, "number": number, "summary": summary })
             })
             .collect(),
-        What::Scenes => halflight_scenes::generators::NAMES
+        What::Scenes => halflight_scenes::bundled::NAMES
             .iter()
-            .map(|name| json!({ "name": format!("scenes/{name}.toml"), "summary": "bundled, made by its generator" }))
+            .map(|name| json!({ "name": name, "summary": format!("bundled: scenes/{name}.toml") }))
             .collect(),
     };
     if args.json {

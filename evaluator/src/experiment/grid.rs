@@ -145,7 +145,8 @@ fn find(grid: &Path, scene: &str) -> PathBuf {
 
 /// Number of combinations of a sweep's grid.
 fn combinations(sweep: &Table) -> Result<u64, SceneError> {
-    let lengths = sweep.entries("grid")?.into_iter().map(|(_, values)| values.get_ref().as_array().map_or(1, |list| list.len()));
+    let lengths =
+        sweep.entries("grid")?.into_iter().map(|(_, values)| values.get_ref().as_array().map_or(1, |list| list.len()));
     Ok(lengths.fold(1, |product: u64, length| product.saturating_mul(length as u64)))
 }
 

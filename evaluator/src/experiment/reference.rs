@@ -24,7 +24,9 @@ pub fn trace(native: &NativeGpu, scene: &Scene, request: &Request, stop: Stop) -
         })
         .map_err(|e| Error::BadInput(e.to_string()))?;
     let (rays, time) = traced.traced;
-    let reached = traced.rel_error.map_or("relative error unknown".into(), |error| format!("relative error {}", significant(error)));
+    let reached = traced
+        .rel_error
+        .map_or("relative error unknown".into(), |error| format!("relative error {}", significant(error)));
     progress.finish(&if rays > 0 {
         let rate = rays as f64 / time.as_secs_f64().max(1e-9) / 1e6;
         format!(

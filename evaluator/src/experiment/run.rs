@@ -170,8 +170,10 @@ fn noisy_reference(row: &Measurement, asked: f32) -> Option<String> {
 /// What to tell about a row whose technique leaves out the light of a whole kind of source. Light off the screen is in
 /// the column `left_out` alone, because every technique of screen space leaves it out.
 fn left_out(row: &Measurement) -> Option<String> {
-    let kinds: Vec<_> = row.left_out.split(", ").filter(|kind| !kind.is_empty() && !kind.contains("off the screen")).collect();
-    (!kinds.is_empty()).then(|| format!("{} leaves out indirect light of {} in {}", row.technique, kinds.join(", of "), row.scene))
+    let kinds: Vec<_> =
+        row.left_out.split(", ").filter(|kind| !kind.is_empty() && !kind.contains("off the screen")).collect();
+    (!kinds.is_empty())
+        .then(|| format!("{} leaves out indirect light of {} in {}", row.technique, kinds.join(", of "), row.scene))
 }
 
 /// A cell's settings that differ from the defaults, in words.

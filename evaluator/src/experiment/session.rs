@@ -22,7 +22,7 @@ use halflight_renderer::{
     scene::{SceneBuffers, SceneFacts, SceneMotion, camera_view},
     texels::decoder,
 };
-use halflight_scenes::{DiskFiles, FileSource, Scene, load_scene};
+use halflight_scenes::{DiskFiles, FileSource, Scene, bundled, load_scene};
 use halflight_techniques::needs_of_any;
 use wgpu::TextureFormat as Format;
 
@@ -36,12 +36,22 @@ pub fn open_adapter(choice: &str) -> Result<NativeGpu, Error> {
     NativeGpu::open(&AdapterChoice::from(choice)).map_err(|e| Error::BadInput(e.to_string()))
 }
 
-/// Reads a scene file or a bare OBJ, or makes the bundled scene of this name.
+/// Reads a scene file or a bare model, or makes the bundled scene of this name. A file comes first.
 ///
 /// # Errors
 /// One sentence with the file, the line or key, and the fix.
 pub fn open_scene(path: &Path) -> Result<Scene, Error> {
-    load_scene(&DiskFiles, path).map_err(|e| Error::BadInput(e.to_string()))
+    load(&DiskFiles, path)
+}
+
+fn load(files: &dyn FileSource, path: &Path) -> Result<Scene, Error> {
+    // A bare name is a bundled scene, unless there is such a file.
+    let name = path.to_str().filter(|name| !path.exists() && path.extension().is_none() && !name.contains(['/', '\\']));
+    let scene = match name {
+        Some(name) => bundled::scene(name),
+        None => load_scene(files, path),
+    };
+    scene.map_err(|e| Error::BadInput(e.to_string()))
 }
 
 /// As [`open_scene`], for a command that then writes `out`: no file of the scene is overwritten.
@@ -50,7 +60,7 @@ pub fn open_scene(path: &Path) -> Result<Scene, Error> {
 /// As [`open_scene`], and where `out` is a file of the scene, such as a texture.
 pub fn open_scene_keeping(path: &Path, out: &Path) -> Result<Scene, Error> {
     let files = RecordedFiles::default();
-    let scene = load_scene(&files, path).map_err(|e| Error::BadInput(e.to_string()))?;
+    let scene = load(&files, path)?;
     let out_file = out.canonicalize();
     let is_out = |read: &PathBuf| out_file.as_ref().is_ok_and(|out| read.canonicalize().is_ok_and(|read| read == *out));
     if files.read.borrow().iter().any(is_out) {

@@ -10,10 +10,7 @@ use crate::gi::{
     sky_light::{Sky, plan_sky},
 };
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
-use halflight_shared_shaders::{
-    Call,
-    ambient::Ambient,
-};
+use halflight_shared_shaders::{Call, ambient::Ambient};
 
 /// Stands for an unlimited radius, scene units. Its square is finite, and no scene is as large.
 const FAR: f32 = 1e15;

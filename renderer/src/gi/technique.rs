@@ -96,7 +96,8 @@ impl Technique {
     /// A setting that its declaration does not allow.
     pub fn left_out(&self, settings: &Settings, needs: &SceneNeeds) -> Result<Option<String>, SettingsError> {
         let left_out = (self.sources)(settings)?.left_out(needs);
-        Ok((!left_out.is_empty()).then(|| format!("{} leaves out indirect light of {}", self.name, left_out.join(", of "))))
+        Ok((!left_out.is_empty())
+            .then(|| format!("{} leaves out indirect light of {}", self.name, left_out.join(", of "))))
     }
 }
 

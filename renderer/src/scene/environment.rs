@@ -70,9 +70,11 @@ fn cumulative(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
 fn shares(sums: &[f64]) -> impl Iterator<Item = f32> {
     let total = sums.last().copied().unwrap_or(0.0);
     let last = sums.len() - 1;
-    sums.iter().enumerate().map(move |(index, &sum)| {
-        if index == last || total <= 0.0 { 1.0 } else { (sum / total) as f32 }
-    })
+    sums.iter().enumerate().map(
+        move |(index, &sum)| {
+            if index == last || total <= 0.0 { 1.0 } else { (sum / total) as f32 }
+        },
+    )
 }
 
 /// Irradiance over pi as a polynomial of the normal (Ramamoorthi & Hanrahan 2001, Equation 13): factors of

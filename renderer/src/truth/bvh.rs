@@ -91,13 +91,15 @@ fn triangles(scene: &Scene) -> (Vec<Triangle>, Vec<Source<'_>>) {
             (Triangle { v0, v1, v2 }, mesh, corners)
         })
     });
-    let numbered = (0..).zip(all).map(|(number, (triangle, mesh, corners))| (triangle, Source { mesh, number, corners }));
-    numbered.filter(|(t, _)| {
-        let (edge_1, edge_2) = (t.v1 - t.v0, t.v2 - t.v0);
-        let size = edge_1.abs().max(edge_2.abs()).max_element();
-        t.v0.is_finite() && (edge_1 / size).cross(edge_2 / size).length_squared() > 0.0
-    })
-    .unzip()
+    let numbered =
+        (0..).zip(all).map(|(number, (triangle, mesh, corners))| (triangle, Source { mesh, number, corners }));
+    numbered
+        .filter(|(t, _)| {
+            let (edge_1, edge_2) = (t.v1 - t.v0, t.v2 - t.v0);
+            let size = edge_1.abs().max(edge_2.abs()).max_element();
+            t.v0.is_finite() && (edge_1 / size).cross(edge_2 / size).length_squared() > 0.0
+        })
+        .unzip()
 }
 
 /// For each texture, the index of its first texel in `SceneBuffers::texels` (width and height are before the texels)

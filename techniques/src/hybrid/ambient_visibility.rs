@@ -8,9 +8,9 @@ use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::{
     gi::{
         Inputs, Storage, UpsamplingKernel,
+        denoise::denoised,
         resolution::{Level, Upsampling, to_display},
         rsm::ReflectiveShadowMap,
-        denoise::denoised,
     },
     parameters::SettingsError,
     scene::{ShadowLayer, shadow_view},

@@ -161,7 +161,10 @@ fn light_agrees(set: &Set, radius: f32, occlusion: &str, samples: u32) {
     // 16 segments: the eye's, the light's, and 14 bounces between them.
     let request = Request { bounce1: true, bounces: 14, ambient_occlusion: Some(radius), ..set.request() };
     let truth = trace(&set.scene, &request, samples);
-    println!("{samples} samples: relative error over blocks {:.3} %", 100.0 * truth.rel_error(8).expect("enough light"));
+    println!(
+        "{samples} samples: relative error over blocks {:.3} %",
+        100.0 * truth.rel_error(8).expect("enough light")
+    );
     let bounce1 = lit(&truth, &truth.bounce1.as_ref().unwrap().mean);
     let full = lit(&truth, &truth.indirect.as_ref().unwrap().mean);
     let results = [

@@ -31,9 +31,8 @@ fn add_triangle(scene: &mut Scene, corners: [[f32; 3]; 3], material: Material) {
 /// Form factor from the origin, facing +y, to a polygon above it (Lambert 1760).
 fn form_factor(corners: &[[f32; 3]]) -> f64 {
     let unit = |i: usize| DVec3::from(corners[i % corners.len()].map(f64::from)).normalize();
-    let sum: f64 = (0..corners.len())
-        .map(|i| unit(i).angle_between(unit(i + 1)) * unit(i).cross(unit(i + 1)).normalize().y)
-        .sum();
+    let sum: f64 =
+        (0..corners.len()).map(|i| unit(i).angle_between(unit(i + 1)) * unit(i).cross(unit(i + 1)).normalize().y).sum();
     sum.abs() / (2.0 * PI)
 }
 

@@ -1,7 +1,7 @@
 //! The bar at the top: scene, size, view, comparison, playing, undo, link.
 
 use eframe::egui::{Button, ComboBox, RichText, Slider, Ui};
-use halflight_scenes::generators::NAMES;
+use halflight_scenes::bundled::NAMES;
 
 use super::Viewer;
 use crate::{

@@ -137,7 +137,7 @@ impl Viewer {
         self.loaded.clone_from(&self.state.scene);
         let scene = match self.dropped.as_ref().filter(|_| self.state.scene == DROPPED) {
             Some(scene) => Ok(scene.clone()),
-            None => scenes::bundled(&self.state.scene),
+            None => halflight_scenes::bundled::scene(&self.state.scene),
         };
         self.sides = [None, None];
         self.reference = ReferenceTracer::default();

@@ -46,7 +46,7 @@ pub fn open_scene(path: &Path) -> Result<Scene, Error> {
 
 fn load(files: &dyn FileSource, path: &Path) -> Result<Scene, Error> {
     // A bare name is a bundled scene, unless there is such a file.
-    let name = path.to_str().filter(|name| !path.exists() && path.extension().is_none() && !name.contains(['/', '\\']));
+    let name = path.to_str().filter(|name| !path.is_file() && path.extension().is_none() && !name.contains(['/', '\\']));
     let scene = match name {
         Some(name) => bundled::scene(name),
         None => load_scene(files, path),

@@ -59,7 +59,7 @@ fn floor(b: &mut Builder, palette: &Palette) {
             let material = palette.planks[(chance.unit() * 3.0) as usize];
             let shift = vec3(chance.between(0.0, 9.0), 0.0, chance.between(0.0, 9.0));
             b.frame = Affine3A::from_translation(-shift);
-            let gap = 0.0008;
+            let gap = 0.0004;
             b.on(material).block(vec3(x + gap, -BOARD, z + gap) + shift, vec3(end - gap, 0.0, z + width - gap) + shift);
             x = end;
             length = chance.between(1.3, 2.0);

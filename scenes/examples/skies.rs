@@ -69,7 +69,7 @@ fn evening(direction: Vec3) -> Vec3 {
     let low = (-5.0 * direction.y.abs()).exp();
     let warm = low * (0.25 + 0.75 * towards * towards);
     let air = vec3(0.20, 0.42, 0.92).lerp(vec3(0.62, 0.78, 1.0), low);
-    let sky = 0.9 * air.lerp(vec3(1.9, 1.15, 0.6), warm) + vec3(2.0, 1.3, 0.6) * (-(angle / 16.0).powi(2)).exp();
+    let sky = 1.4 * air.lerp(vec3(1.9, 1.15, 0.6), warm) + vec3(2.0, 1.3, 0.6) * (-(angle / 16.0).powi(2)).exp();
     if direction.y > 0.0 {
         sky + vec3(1500.0, 1000.0, 520.0) * (-0.5 * (angle / 1.8).powi(2)).exp()
     } else {

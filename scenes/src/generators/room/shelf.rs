@@ -57,9 +57,10 @@ fn fill(b: &mut Builder, palette: &Palette, x: [f32; 2], floor: f32, height: f32
         if at + size[0] > end {
             break;
         }
-        b.frame = shelf * Affine3A::from_translation(vec3(at, floor, SHELF[2] - 0.015 - size[2]));
+        let front = SHELF[2] - 0.012 - chance.between(0.0, 0.008);
+        b.frame = shelf * Affine3A::from_translation(vec3(at, floor, front - size[2]));
         book(b, palette, cover, size);
-        at += size[0] + 0.0012;
+        at += size[0] + 0.0006;
     }
     let (centre, rest) = (0.5 * (at + x[1]), x[1] - at);
     b.frame = shelf;

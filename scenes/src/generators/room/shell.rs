@@ -25,6 +25,7 @@ pub fn draw(b: &mut Builder, palette: &Palette) {
     door(b, palette);
     b.frame = Affine3A::IDENTITY;
     skirting(b, palette);
+    cornice(b, palette);
 }
 
 /// One body: a box around the room, with the openings of the windows and the recess of the door.
@@ -59,7 +60,7 @@ fn floor(b: &mut Builder, palette: &Palette) {
             let material = palette.planks[(chance.unit() * 3.0) as usize];
             let shift = vec3(chance.between(0.0, 9.0), 0.0, chance.between(0.0, 9.0));
             b.frame = Affine3A::from_translation(-shift);
-            let gap = 0.0008;
+            let gap = 0.0004;
             b.on(material).block(vec3(x + gap, -BOARD, z + gap) + shift, vec3(end - gap, 0.0, z + width - gap) + shift);
             x = end;
             length = chance.between(1.3, 2.0);
@@ -132,4 +133,16 @@ fn skirting(b: &mut Builder, palette: &Palette) {
     board([-x + GAP, z - thick], [x - GAP, z - GAP]);
     board([-x + GAP, -z + thick + GAP], [-x + thick, z - thick - GAP]);
     board([x - thick, -z + thick + GAP], [x - GAP, z - thick - GAP]);
+}
+
+/// A stepped cornice along the ceiling.
+fn cornice(b: &mut Builder, palette: &Palette) {
+    let [x, z] = HALF;
+    let steps = |half: f32| [GAP - half, 0.02 - half, 0.07 - half, half - 0.07, half - 0.02, half - GAP];
+    let ys = [HEIGHT - 0.08, HEIGHT - 0.025, HEIGHT - GAP];
+    // The upper step is wider than the lower one.
+    b.on(palette.paint).cells([&steps(x), &ys, &steps(z)], |[i, j, k]| {
+        let border = |i: usize, width: usize| i < width || i >= 5 - width;
+        border(i, 1 + j) || border(k, 1 + j)
+    });
 }

@@ -211,7 +211,7 @@ impl<'a> Session<'a> {
         // Between two frames nothing changes unless the scene says so.
         view.continuity = Continuity::Static;
         let recording = CompiledGraph::new(gpu, plan, externals);
-        let motion = SceneMotion::new(self.scene, &self.buffers);
+        let motion = SceneMotion::new(self.scene, &self.buffers, &self.facts);
         Ok(Frames { gpu, timing: Timing::of(self.native), recording, view, motion })
     }
 }

@@ -227,6 +227,9 @@ impl CompiledGraph {
                 gpu.queue.write_buffer(buffer, 0, bytes);
             }
         }
+        if once_passes_change(&self.plan, plan) {
+            self.history_state().prepared = false;
+        }
         self.plan.clone_from(plan);
         true
     }
@@ -375,19 +378,21 @@ impl CompiledGraph {
             beginning_of_pass_write_index: Some(query),
             end_of_pass_write_index: Some(query + 1),
         });
+        let compute = wgpu::ComputePassDescriptor {
+            label,
+            timestamp_writes: timer.map(|timer| wgpu::ComputePassTimestampWrites {
+                query_set: &timer.queries,
+                beginning_of_pass_write_index: Some(query),
+                end_of_pass_write_index: Some(query + 1),
+            }),
+        };
+        if idle {
+            drop(encoder.begin_compute_pass(&compute));
+            return;
+        }
         match &self.passes[index] {
             ReadyPass::Compute { pipeline, groups, workgroups } => {
-                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                    label,
-                    timestamp_writes: timer.map(|timer| wgpu::ComputePassTimestampWrites {
-                        query_set: &timer.queries,
-                        beginning_of_pass_write_index: Some(query),
-                        end_of_pass_write_index: Some(query + 1),
-                    }),
-                });
-                if idle {
-                    return;
-                }
+                let mut pass = encoder.begin_compute_pass(&compute);
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, &groups[ping_pong], &[]);
                 pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);
@@ -460,6 +465,13 @@ fn render_pass<'a>(
         occlusion_query_set: None,
         multiview_mask: None,
     })
+}
+
+/// Whether numbers differ that a pass reads which runs once.
+fn once_passes_change(old: &FramePlan, new: &FramePlan) -> bool {
+    let changed = |id: &ResourceId| old.resources[id.0].kind != new.resources[id.0].kind;
+    let mut passes = old.passes.iter().zip(&new.passes).filter(|(old, _)| old.once);
+    passes.any(|(old, new)| old.params != new.params || new.bindings.iter().any(|(_, id)| changed(id)))
 }
 
 fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {

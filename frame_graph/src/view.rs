@@ -36,8 +36,8 @@ pub enum Continuity {
     Static,
 }
 
-/// Largest motion of the camera in one frame, in near-plane distances. The near plane is at 1e-4 of the scene's
-/// diagonal. A camera that moves more than a twentieth of the diagonal per frame crosses the scene in a third of a
+/// Largest motion of the camera in one frame, in near-plane distances. The near plane is at 1e-4 of the diagonal of
+/// what is looked at. A camera that moves more than a twentieth of the diagonal per frame crosses that in a third of a
 /// second, which nobody could follow.
 const TELEPORT_NEAR_PLANES: f32 = 500.0;
 
@@ -53,8 +53,8 @@ impl View {
     }
 
     /// Whether this view may use the history of a frame seen from `before`: it is the next frame of the same image, and
-    /// neither a cut nor a teleport (a motion of more than a twentieth of the scene, or a rotation of more than half
-    /// the field of view).
+    /// neither a cut nor a teleport (a motion of more than a twentieth of what is looked at, or a rotation of more than
+    /// half the field of view).
     pub fn continues(&self, before: &View) -> bool {
         let place = |view: &View| {
             let to_world = view.world_to_view.inverse();

@@ -104,7 +104,7 @@ impl Motion {
     }
 
     /// Bounds over the whole motion of a box given by its bounds. Rotation is covered by a bounding sphere.
-    pub(crate) fn swept(&self, low: Vec3, high: Vec3) -> (Vec3, Vec3) {
+    pub fn swept(&self, low: Vec3, high: Vec3) -> (Vec3, Vec3) {
         let pivot = Vec3::from(self.pivot);
         let reach = (low - pivot).abs().max((high - pivot).abs()).length();
         let rotates = self.keyframes.iter().any(|key| key.rotate_degrees != [0.0; 3]);

@@ -241,7 +241,7 @@ impl Side {
         self.check = Check::default();
         let mut seen = camera_view(&moment.camera, self.graph.plan().display_size, stage.facts.near);
         (seen.frame, seen.seed) = (moment.frame, moment.seed);
-        if let Some(motion) = SceneMotion::new(&stage.scene, &stage.buffers) {
+        if let Some(motion) = SceneMotion::new(&stage.scene, &stage.buffers, &stage.facts) {
             motion.place(&mut seen);
             // The user may have moved the camera away from its path.
             seen.world_to_view = moment.camera.view_matrix();

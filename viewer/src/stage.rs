@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use halflight_frame_graph::Gpu;
-use halflight_renderer::scene::{SceneBuffers, SceneFacts};
+use halflight_renderer::scene::{SceneBuffers, SceneFacts, Sight};
 use halflight_scenes::{Camera, Light, Scene};
 
 /// A scene on a device.
@@ -17,13 +17,22 @@ pub struct Stage {
     pub buffers: SceneBuffers,
     /// Whether the device is a software adapter.
     pub software: bool,
+    sight: Sight,
+    /// The camera that the facts were last checked for.
+    looked_from: Option<Camera>,
 }
+
+/// Motion of the camera after which the facts are checked, as a share of what is looked at, and rotation, radians.
+const MOVED: f32 = 1.0 / 32.0;
+const ROTATED: f32 = 0.1;
 
 impl Stage {
     /// Uploads a scene; `software` tells whether the device is a software adapter.
     pub fn new(gpu: &Gpu, scene: Scene, software: bool) -> Self {
-        let (facts, buffers) = (SceneFacts::of(&scene), SceneBuffers::new(gpu, &scene));
-        Self { original_lights: scene.lights.clone(), scene, facts, buffers, software }
+        let sight = Sight::new(&scene);
+        let facts = SceneFacts::within(&scene, sight.extent(&[scene.camera]));
+        let buffers = SceneBuffers::new(gpu, &scene);
+        Self { original_lights: scene.lights.clone(), scene, facts, buffers, software, sight, looked_from: None }
     }
 
     /// Updates the lights; false if nothing changed.
@@ -33,8 +42,28 @@ impl Stage {
         }
         self.buffers.relight(gpu, &lights);
         self.scene.lights = lights;
-        self.facts = SceneFacts::of(&self.scene);
+        self.facts = SceneFacts::within(&self.scene, self.facts.extent);
         true
+    }
+
+    /// Updates the sizes of maps and voxels to what this camera looks at, after it has moved or turned enough.
+    pub fn look_from(&mut self, camera: Camera) {
+        let (low, high) = self.facts.extent.focus;
+        let close = |before: &Camera| {
+            let eyes = Vec3::from(camera.eye).distance(before.eye.into());
+            let axis = |camera: &Camera| (Vec3::from(camera.target) - Vec3::from(camera.eye)).normalize_or_zero();
+            let turned = axis(&camera).dot(axis(before)) < ROTATED.cos();
+            eyes <= MOVED * low.distance(high) && !turned && camera.vertical_fov_degrees == before.vertical_fov_degrees
+        };
+        if self.looked_from.as_ref().is_some_and(close) {
+            return;
+        }
+        self.looked_from = Some(camera);
+        let cameras: Vec<Camera> = [camera].into_iter().chain(self.scene.extra_cameras.iter().copied()).collect();
+        let extent = self.sight.extent(&cameras);
+        if extent != self.facts.extent {
+            self.facts.resize(&self.scene, extent);
+        }
     }
 
     /// The scene's own camera at a frame.

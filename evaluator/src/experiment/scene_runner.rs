@@ -1,6 +1,7 @@
 //! Measures the cells of a grid on one scene at one size.
 
 use std::{
+    cell::OnceCell,
     collections::{BTreeMap, btree_map::Entry},
     path::Path,
 };
@@ -70,6 +71,8 @@ pub(super) struct SceneRunner<'a> {
     subject: Subject<'a>,
     /// Hash of the content of the scene.
     scene_hash: Key,
+    /// Facts about the subject, for plans before anything is uploaded.
+    facts: OnceCell<SceneFacts>,
     prepared: Option<Prepared<'a>>,
 }
 
@@ -105,7 +108,7 @@ impl<'a> SceneRunner<'a> {
         subject: Subject<'a>,
     ) -> Self {
         let scene_hash = scene_hash(subject.moving);
-        Self { native, grid, options, folder, subject, scene_hash, prepared: None }
+        Self { native, grid, options, folder, subject, scene_hash, facts: OnceCell::new(), prepared: None }
     }
 
     /// Everything that a cell's result depends on: a finished cell counts only where its key is the same. The scene is in
@@ -192,8 +195,8 @@ impl<'a> SceneRunner<'a> {
 
     /// The plan of a cell; `None` where it cannot be planned, which measuring reports.
     fn planned(&self, cell: &Cell) -> Option<FramePlan> {
-        let facts = SceneFacts::of(self.subject.still);
-        plan_technique_of_scene(&facts, cell.technique, &cell.settings, self.subject.size).ok()
+        let facts = self.facts.get_or_init(|| SceneFacts::of(self.subject.still));
+        plan_technique_of_scene(facts, cell.technique, &cell.settings, self.subject.size).ok()
     }
 
     /// Whether anything is measured against the reference's light: not where all cells find ambient visibility alone.

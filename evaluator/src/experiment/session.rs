@@ -225,7 +225,7 @@ impl<'a> Session<'a> {
                 "{refused}: make the image smaller, use fewer lights, or lower direct.shadow_map_size"
             ))
         })?;
-        let motion = SceneMotion::new(self.scene, &self.buffers);
+        let motion = SceneMotion::new(self.scene, &self.buffers, &self.facts);
         Ok(Frames { gpu, timing: Timing::of(self.native), recording, view, motion })
     }
 }

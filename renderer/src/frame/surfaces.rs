@@ -12,7 +12,7 @@ use wgpu::TextureFormat as Format;
 use super::{DirectSource, SceneFacts};
 use crate::{
     parameters::{Settings, SettingsError},
-    scene::{shadow_entries, shadow_view, triangles},
+    scene::{far_shadow_view, shadow_entries, shadow_view, triangles},
 };
 
 pub(super) struct SceneResources {
@@ -136,30 +136,42 @@ pub(super) fn plan_shadows(
     settings: &Settings,
 ) -> Result<Option<Shadows>, SettingsError> {
     let map_size = super::DirectLight::from_settings(settings)?.shadow_map_size;
-    let layers = &facts.shadow_layers;
+    let (layers, far) = (&facts.shadow_layers, &facts.far_shadow_layers);
     if layers.is_empty() {
         return Ok(None);
     }
-    let count = layers.len() as u32;
+    let count = layers.len() + far.len();
     let maps =
-        plan.texture_array("shadow_maps", [map_size; 2], count, Gpu::DEPTH_FORMAT, counted(layers.len(), "shadow map"));
-    let entries = shadow_entries(plan, layers, map_size);
-    for (index, layer) in layers.iter().enumerate() {
+        plan.texture_array("shadow_maps", [map_size; 2], count as u32, Gpu::DEPTH_FORMAT, counted(count, "shadow map"));
+    let entries = shadow_entries(plan, layers, far, map_size);
+    let draw = |plan: &mut FramePlan, layer: usize, name: String, view: ResourceId, once: bool, reason: &str| {
         let textures = scene.texels.filter(|_| facts.needs.alpha_tested);
         let materials = scene.materials;
         let run = ShadowMap {
-            shadow_view: shadow_view(plan, index, layer),
+            shadow_view: view,
             vertices: scene.vertices,
             alpha_tested: textures.map(|texels| shadow_map::AlphaTested { materials, texels }),
             animated: scene.objects,
             triangles: None,
         };
         let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();
-        plan.pass(Part::Direct, format!("shadow_{index}"), run).because("a light casts shadows").draw(
+        plan.pass(Part::Direct, name, run).once(once).because(reason).draw(
             triangles::by_alpha(facts.needs.alpha_tested, opaque),
             Vec::new(),
-            (maps, index as u32),
+            (maps, layer as u32),
         );
+    };
+    for (index, layer) in layers.iter().enumerate() {
+        let view = shadow_view(plan, index, layer);
+        draw(plan, index, format!("shadow_{index}"), view, false, "a light casts shadows");
+    }
+    for (index, layer) in far.iter().enumerate() {
+        let view = far_shadow_view(plan, index, layer);
+        let reason = match facts.still {
+            true => "shadows far from what is looked at, in a coarser map; once, because the scene is static",
+            false => "shadows far from what is looked at, in a coarser map",
+        };
+        draw(plan, layers.len() + index, format!("far_shadow_{index}"), view, facts.still, reason);
     }
     Ok(Some(Shadows { maps, entries }))
 }

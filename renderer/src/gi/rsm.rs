@@ -98,8 +98,10 @@ impl ReflectiveShadowMap {
             triangles: Some(corners),
         };
         let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();
+        let is_part = scene.far_shadow_layers.iter().any(|far| far.light == view.light);
+        let left_out = if is_part { "; without surfaces far from what is looked at" } else { "" };
         plan.pass(Part::Technique, format!("light_view_{index}"), run)
-            .because("visible triangles of a reflective shadow map")
+            .because(format!("visible triangles of a reflective shadow map{left_out}"))
             .draw(
                 triangles::numbered_by_alpha(scene.needs.alpha_tested, opaque),
                 vec![self.triangles],

@@ -1,5 +1,5 @@
-//! A binary voxel grid over the whole scene, on the screen or not. It holds the occluders between a surface and a light
-//! that no camera sees.
+//! A binary voxel grid over what is looked at, on the screen or not. It holds the occluders between a surface and a
+//! light that no camera sees. Surfaces outside of the grid occlude nothing.
 
 use glam::Vec3;
 
@@ -17,9 +17,12 @@ const MOST_POINTS: f64 = 32768.0;
 
 /// Number of invocations that share a triangle, so that they cover the largest triangle inside the grid. Its sides are
 /// no longer than the grid's diagonal, and it has half of the product of their points.
-fn rows(resolution: u32) -> u32 {
+///
+/// With `clips`, the grid's sides clip triangles to polygons with up to twice as many points.
+fn rows(resolution: u32, clips: bool) -> u32 {
     let side = 3f64.sqrt() * f64::from(resolution) * POINTS_PER_VOXEL + 2.0;
-    ((0.5 * side * side / MOST_POINTS).ceil() as u32).next_power_of_two().max(FEWEST_ROWS)
+    let share = if clips { 1.0 } else { 0.5 };
+    ((share * side * side / MOST_POINTS).ceil() as u32).next_power_of_two().max(FEWEST_ROWS)
 }
 
 /// The grid on the device.
@@ -31,13 +34,16 @@ pub struct SceneVoxels {
     pub voxels: ResourceId,
 }
 
-/// Plans a grid with `resolution` voxels along the scene's longest side.
+/// Plans a grid with `resolution` voxels along the longest side of what is looked at. If that is a small part of the
+/// scene, the grid is a cube, so that its size does not depend on the camera.
 pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u32) -> SceneVoxels {
     let [low, high] = scene.bounds.map(Vec3::from);
     let longest = (high - low).max_element().max(f32::MIN_POSITIVE * 1e10);
     let width = longest / resolution as f32;
+    let part = scene.extent.is_part();
+    let sides = if part { Vec3::splat(longest) } else { high - low };
     // One more voxel on each side keeps surfaces on the boundary inside.
-    let voxels = ((high - low) / width).ceil().as_uvec3() + 2;
+    let voxels = (sides / width).ceil().as_uvec3() + 2;
     let size = [voxels.x.next_multiple_of(32), voxels.y, voxels.z];
     // No side of the bounding box lies on a voxel boundary, where rounding would decide.
     let origin = low - 0.63 * width;
@@ -55,7 +61,7 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
         fill::AlphaTested { materials, texels }
     });
     let animated = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
-    let rows = rows(resolution);
+    let rows = rows(resolution, part);
     let constants = fill::Constants { rows };
     plan.pass(
         Part::Technique,
@@ -64,10 +70,11 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
     )
     .clear(bits)
     .once(!scene.animated())
-    .because(match scene.animated() {
-        true => "occluders, on the screen or not",
-        false => "occluders, on the screen or not; once, because the scene is static",
-    })
+    .because(format!(
+        "occluders, on the screen or not{}{}",
+        if part { "; none far from what is looked at" } else { "" },
+        if scene.animated() { "" } else { "; once, because the scene is static" },
+    ))
     .over([scene.triangles.max(1), rows]);
     SceneVoxels { grid, voxels: bits }
 }
@@ -83,6 +90,7 @@ mod tests {
 
     #[test]
     fn no_invocation_sets_more_points_than_drivers_loop() {
-        assert_eq!([8, 128, 256, 512, 960].map(rows), [8, 8, 8, 32, 128]);
+        assert_eq!([8, 128, 256, 512, 960].map(|width| rows(width, false)), [8, 8, 8, 32, 128]);
+        assert_eq!([8, 128, 256, 512, 960].map(|width| rows(width, true)), [8, 8, 16, 64, 256]);
     }
 }

@@ -3,9 +3,10 @@
 use halflight_scenes::{Camera, Scene, SceneNeeds};
 
 use super::{
-    EmittingTriangle, ShadowLayer,
+    EmittingTriangle, Extent, ShadowLayer,
     emitters::emitting_triangles,
-    shadow::{shadow_bounds, shadow_layers},
+    focus::diagonal,
+    shadow::{far_shadow_layers, shadow_layers},
 };
 
 /// Facts about a scene that a plan needs, without geometry or device.
@@ -13,16 +14,23 @@ use super::{
 pub struct SceneFacts {
     /// Features that the scene requires.
     pub needs: SceneNeeds,
-    /// Its shadow map layers in the first frame.
+    /// Its shadow map layers in the first frame. Reflective shadow maps have the same views.
     pub shadow_layers: Vec<ShadowLayer>,
+    /// Coarser shadow map layers of directional lights, for surfaces outside of the finer ones.
+    pub far_shadow_layers: Vec<ShadowLayer>,
     /// One word per material: 1 if it receives indirect light but sends none. Empty if no material does.
     pub receive_only: Vec<u32>,
+    /// Whether neither meshes nor lights are animated.
+    pub still: bool,
     /// Extra cameras, which see light that the display's camera does not.
     pub extra_cameras: Vec<Camera>,
     /// Near plane of its cameras, scene units.
     pub near: f32,
-    /// Lower and upper corner of its bounding box, over all frames, world space; a unit cube for an empty scene.
+    /// Lower and upper corner of what is looked at, world space: of everything over all frames, unless the cameras look
+    /// at a much smaller part. A unit cube for an empty scene.
     pub bounds: [[f32; 3]; 2],
+    /// The boxes that sizes of shadow maps depend on.
+    pub extent: Extent,
     /// Number of triangles.
     pub triangles: u32,
     /// Whether only surfaces that the camera sees send light in reflective shadow maps. Used to separate errors of
@@ -33,31 +41,44 @@ pub struct SceneFacts {
 }
 
 impl SceneFacts {
-    /// Collects the facts.
+    /// Collects the facts, for the scene's own cameras.
     pub fn of(scene: &Scene) -> Self {
-        let bounds = scene.swept_bounds();
-        let diagonal = bounds.map_or(1.0, |(low, high)| (high - low).length());
-        // Reversed depth is precise at all distances, so the near plane may be close. It only has to stay above zero.
-        let near = (diagonal * 1e-4).max(f32::MIN_POSITIVE * 1e10);
-        let bounds = bounds.map_or([[0.0; 3], [1.0; 3]], |(low, high)| [low.to_array(), high.to_array()]);
+        Self::within(scene, Extent::of(scene))
+    }
+
+    /// Collects the facts, with sizes for this extent: see [`Sight::extent`](super::Sight::extent).
+    pub fn within(scene: &Scene, extent: Extent) -> Self {
         let needs = SceneNeeds::of(scene);
         let flags = scene.materials.iter().map(|material| u32::from(material.receive_only));
         let receive_only = if needs.receive_only { flags.collect() } else { Vec::new() };
-        let shadow_layers = shadow_layers(&scene.pose(0).lights, shadow_bounds(scene));
-        let extra_cameras = scene.extra_cameras.clone();
-        let triangles = scene.triangle_count() as u32;
-        let emitters = emitting_triangles(scene);
-        Self {
+        let mut facts = Self {
             needs,
-            shadow_layers,
+            shadow_layers: Vec::new(),
+            far_shadow_layers: Vec::new(),
             receive_only,
-            extra_cameras,
-            near,
-            bounds,
-            triangles,
+            still: scene.moves.objects.is_empty() && scene.moves.lights.is_empty(),
+            extra_cameras: scene.extra_cameras.clone(),
+            near: 0.0,
+            bounds: [[0.0; 3]; 2],
+            extent,
+            triangles: scene.triangle_count() as u32,
             only_seen_surfaces_send: false,
-            emitters,
-        }
+            emitters: emitting_triangles(scene),
+        };
+        facts.resize(scene, extent);
+        facts
+    }
+
+    /// Changes all sizes to those for this extent, for example after the camera moved. `scene` is that of the facts.
+    pub fn resize(&mut self, scene: &Scene, extent: Extent) {
+        let (low, high) = extent.focus;
+        let lights = scene.pose(0).lights;
+        self.extent = extent;
+        self.bounds = [low.to_array(), high.to_array()];
+        // Reversed depth is precise at all distances, so the near plane may be close. It only has to stay above zero.
+        self.near = (diagonal(extent.focus) * 1e-4).max(f32::MIN_POSITIVE * 1e10);
+        self.shadow_layers = shadow_layers(&lights, &extent, scene);
+        self.far_shadow_layers = far_shadow_layers(&lights, &extent, scene);
     }
 
     /// Whether some mesh is animated.

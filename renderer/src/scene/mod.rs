@@ -1,9 +1,11 @@
 //! A scene on a device: buffers, shadow views, animation, and the facts that plans need.
 
 mod buffers;
+mod casters;
 mod emitters;
 mod environment;
 mod facts;
+mod focus;
 mod motion;
 mod numbered_triangles;
 pub(crate) mod shadow;
@@ -13,9 +15,10 @@ pub(crate) mod texel_pool;
 pub use buffers::{SceneBuffers, triangles};
 pub use emitters::EmittingTriangle;
 pub use facts::SceneFacts;
+pub use focus::{Extent, Sight};
 pub use motion::SceneMotion;
 pub use shadow::ShadowLayer;
-pub use shadow_views::{light_projections, shadow_entries, shadow_view};
+pub use shadow_views::{far_shadow_view, light_projections, shadow_entries, shadow_view};
 
 use halflight_frame_graph::View;
 use halflight_scenes::Camera;

@@ -1,30 +1,31 @@
 //! Updates of an animated scene before each frame.
 
-use glam::{Mat4, Vec3};
+use glam::Mat4;
 use halflight_frame_graph::{CompiledGraph, Continuity, Gpu, View};
 use halflight_scenes::Scene;
 
 use super::{
+    Extent, SceneFacts,
     buffers::{Object, SceneBuffers, lights},
-    shadow::{shadow_bounds, shadow_layers},
+    shadow::{far_shadow_layers, shadow_layers},
     shadow_views,
 };
 
 /// The animated parts of an uploaded scene.
 pub struct SceneMotion<'a> {
     scene: &'a Scene,
-    bounds: (Vec3, Vec3),
+    extent: Extent,
     objects: Option<wgpu::Buffer>,
     lights: Option<wgpu::Buffer>,
 }
 
 impl<'a> SceneMotion<'a> {
-    /// The animated parts of this scene; `None` if nothing is animated.
-    pub fn new(scene: &'a Scene, buffers: &SceneBuffers) -> Option<Self> {
+    /// The animated parts of this scene; `None` if nothing is animated. `facts` are those of the plan.
+    pub fn new(scene: &'a Scene, buffers: &SceneBuffers, facts: &SceneFacts) -> Option<Self> {
         let moves = &scene.moves;
         (!moves.is_empty()).then(|| Self {
             scene,
-            bounds: shadow_bounds(scene),
+            extent: facts.extent,
             objects: buffers.objects.clone(),
             lights: (!moves.lights.is_empty()).then(|| buffers.lights.clone()),
         })
@@ -59,7 +60,8 @@ impl<'a> SceneMotion<'a> {
         }
         let Some(buffer) = &self.lights else { return };
         gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&lights(&pose.lights)));
-        let layers = shadow_layers(&pose.lights, self.bounds);
-        graph.write_changed(gpu, |handle| shadow_views::contents(handle, &layers));
+        let layers = shadow_layers(&pose.lights, &self.extent, self.scene);
+        let far = far_shadow_layers(&pose.lights, &self.extent, self.scene);
+        graph.write_changed(gpu, |handle| shadow_views::contents(handle, &layers, &far));
     }
 }

@@ -8,6 +8,8 @@ use super::ShadowLayer;
 
 /// Kinds of handles: one shadow map layer, by its index.
 const SHADOW_VIEW: &str = "light_view";
+/// One far shadow map layer, by its index.
+const FAR_SHADOW_VIEW: &str = "far_view";
 /// World to clip space of all layers.
 const LIGHT_PROJECTIONS: &str = "light_projections";
 /// All layers, by the width of the shadow maps in texels.
@@ -29,13 +31,23 @@ struct ShadowView {
 struct ShadowEntry {
     world_to_clip: Mat4,
     texel_width: f32,
-    unused: [u32; 3],
+    coarser: u32,
+    unused: [u32; 2],
 }
+
+/// There is no coarser layer.
+const NO_LAYER: u32 = u32::MAX;
 
 /// The uniform block `shadow_view` of layer `index`. `layer` is its state in the first frame.
 pub fn shadow_view(plan: &mut FramePlan, index: usize, layer: &ShadowLayer) -> ResourceId {
     let handle = Handle { kind: SHADOW_VIEW, index: index as u32 };
     plan.changing_data(handle, format!("light_view_{index}"), || view_bytes(layer), "view of a shadow map layer")
+}
+
+/// As [`shadow_view`], of a layer of [`SceneFacts::far_shadow_layers`](super::SceneFacts::far_shadow_layers).
+pub fn far_shadow_view(plan: &mut FramePlan, index: usize, layer: &ShadowLayer) -> ResourceId {
+    let handle = Handle { kind: FAR_SHADOW_VIEW, index: index as u32 };
+    plan.changing_data(handle, format!("far_view_{index}"), || view_bytes(layer), "view of a far shadow map layer")
 }
 
 /// World to clip space of each layer, as `array<mat4x4f>`.
@@ -49,21 +61,22 @@ pub fn light_projections(plan: &mut FramePlan, layers: &[ShadowLayer]) -> Resour
     )
 }
 
-/// The layers of shadow maps that are `map_size` texels wide.
-pub fn shadow_entries(plan: &mut FramePlan, layers: &[ShadowLayer], map_size: u32) -> ResourceId {
+/// The layers of shadow maps that are `map_size` texels wide, and after them the `far` ones.
+pub fn shadow_entries(plan: &mut FramePlan, layers: &[ShadowLayer], far: &[ShadowLayer], map_size: u32) -> ResourceId {
     let handle = Handle { kind: SHADOW_LAYERS, index: map_size };
-    plan.changing_data(handle, SHADOW_LAYERS, || entry_bytes(layers, map_size), "views of the shadow map layers")
+    plan.changing_data(handle, SHADOW_LAYERS, || entry_bytes(layers, far, map_size), "views of the shadow map layers")
 }
 
-/// New contents of a handle after the lights changed to these layers.
+/// New contents of a handle after the lights changed to these layers and `far` ones.
 ///
 /// # Panics
 /// If the handle is of another kind: other dependencies need another source of contents.
-pub(super) fn contents(handle: Handle, layers: &[ShadowLayer]) -> Vec<u8> {
+pub(super) fn contents(handle: Handle, layers: &[ShadowLayer], far: &[ShadowLayer]) -> Vec<u8> {
     match handle {
         Handle { kind: SHADOW_VIEW, index } => view_bytes(&layers[index as usize]),
+        Handle { kind: FAR_SHADOW_VIEW, index } => view_bytes(&far[index as usize]),
         Handle { kind: LIGHT_PROJECTIONS, .. } => projection_bytes(layers),
-        Handle { kind: SHADOW_LAYERS, index: map_size } => entry_bytes(layers, map_size),
+        Handle { kind: SHADOW_LAYERS, index: map_size } => entry_bytes(layers, far, map_size),
         Handle { kind, index } => panic!("the scene has no contents for {kind} {index}"),
     }
 }
@@ -77,11 +90,19 @@ fn projection_bytes(layers: &[ShadowLayer]) -> Vec<u8> {
     layers.iter().flat_map(|layer| bytemuck::bytes_of(&layer.world_to_clip).to_vec()).collect()
 }
 
-fn entry_bytes(layers: &[ShadowLayer], map_size: u32) -> Vec<u8> {
-    let entry = |layer: &ShadowLayer| ShadowEntry {
+fn entry_bytes(layers: &[ShadowLayer], far: &[ShadowLayer], map_size: u32) -> Vec<u8> {
+    // The next coarser layer of a light that has far layers.
+    let coarser = |index: usize, light: u32| {
+        // A far layer is followed by the next one of its light.
+        let first_far = (index + 1).saturating_sub(layers.len());
+        let found = far.iter().enumerate().skip(first_far).find(|(_, layer)| layer.light == light);
+        found.map_or(NO_LAYER, |(next, _)| (layers.len() + next) as u32)
+    };
+    let entry = |(index, layer): (usize, &ShadowLayer)| ShadowEntry {
         world_to_clip: layer.world_to_clip,
         texel_width: layer.width / map_size as f32,
-        unused: [0; 3],
+        coarser: coarser(index, layer.light),
+        unused: [0; 2],
     };
-    bytemuck::cast_slice(&layers.iter().map(entry).collect::<Vec<_>>()).to_vec()
+    bytemuck::cast_slice(&layers.iter().chain(far).enumerate().map(entry).collect::<Vec<_>>()).to_vec()
 }

@@ -36,7 +36,8 @@ fn area_across(world_to_clip: mat4x4f, ray: LightRay, size: f32) -> f32 {
     let rows = transpose(world_to_clip);
     // Scene units for parallel rays, otherwise per unit of distance along the axis.
     let width = 2.0 / (length(rows[0].xyz) * size);
+    let height = 2.0 / (length(rows[1].xyz) * size);
     let cosine = dot(rows[3].xyz, ray.direction);
     let at_distance = cosine * cosine * cosine * ray.distance * ray.distance;
-    return width * width * select(1.0, at_distance, ray.distance > 0.0);
+    return width * height * select(1.0, at_distance, ray.distance > 0.0);
 }

@@ -1,4 +1,4 @@
-// A binary voxel grid over the whole scene, on the screen or not: 32 voxels in a row along x are one word.
+// A binary voxel grid over what is looked at, on the screen or not: 32 voxels in a row along x are one word.
 
 struct Grid {
     // Lower corner, world space, and width of a voxel, scene units.

@@ -39,6 +39,7 @@ impl Viewer {
         if stage.relight(&self.gpu, lights) {
             self.changed = Instant::now();
         }
+        stage.look_from(camera);
         let frame = if stage.is_animated() { self.frame() } else { 0 };
         let subject = Subject { camera, lights: stage.scene.lights.clone(), size: self.state.size, frame };
         if self.reference.reset_unless(&subject) {

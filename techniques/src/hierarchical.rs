@@ -129,7 +129,7 @@ choice! {
     pub enum LightVisibility {
         /// None: all surfaces are visible to each other.
         Off = "off",
-        /// A voxel grid over the whole scene.
+        /// A voxel grid over what is looked at.
         Voxels = "cubes",
     }
 }
@@ -210,11 +210,11 @@ parameters! {
         /// nothing.
         sources: Sources = Sources::Screen, unit "", grid [Sources::Screen, Sources::Lights, Sources::Both], role Plan;
         /// Near-field distance: light comes from the screen within it if sources is both; 0 for a thirtieth of the
-        /// scene's diagonal.
+        /// diagonal of what is looked at.
         border: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
         /// Width and height of each reflective shadow map, rounded up to a multiple of its coarsest texel.
         light_view_size: u32 = 128, in 8..=512, unit "px", grid [64, 128, 256], role Plan;
-        /// Visibility test of light from reflective shadow maps: off, none; cubes, a voxel grid over the whole scene.
+        /// Visibility test of light from reflective shadow maps: off, none; cubes, a voxel grid over what is looked at.
         light_visibility: LightVisibility = LightVisibility::Voxels, unit "",
         grid [LightVisibility::Off, LightVisibility::Voxels], role Plan;
         /// Voxels along the longest side of the scene.

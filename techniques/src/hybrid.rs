@@ -74,7 +74,8 @@ parameters! {
         /// Smallest weight of coarse texels that show a pixel's surface. Pixels below it are recomputed at full
         /// resolution; 0 interpolates everywhere. Patterns always interpolate.
         recompute_below: f32 = 0.0, in 0.0..=1.0, unit "1", grid [0.0, 0.1, 0.3], role Plan;
-        /// Near-field distance: light comes from the screen within it; 0 for a thirtieth of the scene's diagonal.
+        /// Near-field distance: light comes from the screen within it; 0 for a thirtieth of the diagonal of what is
+        /// looked at.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
         /// Radius of the large hemisphere, in which patterns sample reflective shadow maps; 0 for ten times the small
         /// one, as published.
@@ -89,7 +90,7 @@ parameters! {
         virtual_lights: u32 = 1024, in 1..=16384, unit "1", grid [256, 1024, 4096], role Plan;
         /// Width and height of each reflective shadow map.
         light_view_size: u32 = 128, in 8..=512, unit "px", grid [64, 128, 256], role Plan;
-        /// Whether light from reflective shadow maps is tested for occluders, in a voxel grid over the whole scene.
+        /// Whether light from reflective shadow maps is tested for occluders, in a voxel grid over what is looked at.
         visibility: Switch = Switch::On, unit "", grid [Switch::Off, Switch::On], role Plan;
         /// Voxels along the longest side of the scene.
         voxel_resolution: u32 = 256, in 8..=960, unit "1", grid [128, 256, 512], role Plan;
@@ -109,7 +110,7 @@ parameters! {
         ambient_occlusion: Views = Views::Off, unit "", grid [Views::Off, Views::Screen, Views::Both], role Plan;
         /// Samples of the hemisphere in each view, for ambient visibility.
         occlusion_samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Uniform;
-        /// Radius of occluders for ambient visibility; 0 for a thirtieth of the scene's diagonal.
+        /// Radius of occluders for ambient visibility; 0 for a thirtieth of the diagonal of what is looked at.
         occlusion_radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Uniform;
         /// Whether light passes through translucent surfaces, by the reflective shadow maps. Requires sources that
         /// include lights.

@@ -24,7 +24,7 @@ parameters! {
         grid [StartResolution::Full, StartResolution::Half], role Plan;
         /// Samples of the hemisphere.
         samples: u32 = 32, in 1..=1024, unit "1", grid [16, 32, 64], role Override;
-        /// Radius of the hemisphere; 0 takes a thirtieth of the scene's diagonal.
+        /// Radius of the hemisphere; 0 takes a thirtieth of the diagonal of what is looked at.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
     }
 }

@@ -28,7 +28,7 @@ parameters! {
         grid [StartResolution::Half, StartResolution::Quarter], role Plan;
         /// Samples of the hemisphere.
         samples: u32 = 100, in 1..=1024, unit "1", grid [50, 100, 150, 200], role Override;
-        /// Radius of the hemisphere; 0 takes a thirtieth of the scene's diagonal.
+        /// Radius of the hemisphere; 0 takes a thirtieth of the diagonal of what is looked at.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
         /// Brightness of the published weighting.
         intensity: f32 = 1.0, in 0.0..=1e9, unit "1", grid [1.0], role Uniform;

@@ -88,11 +88,12 @@ fn what_the_lights_see_agrees_with_truth_in_absolute_units() {
             found.push(ratio);
         }
         // Nothing is hidden, and rays are clear of the cubes of both walls, but for pairs beside the crease: a place
-        // within a cube of the other wall is lifted along that wall's cubes, and what it exchanges with it is lost: up
-        // to 3e-4 of all light here. Where the grid hid none of it, sums in another order differed by less than 1e-4.
+        // within a cube of the other wall is lifted along that wall's cubes, and what it exchanges with it is lost. How
+        // much depends on where the texels of the light's view lie: 1e-4 to 1.5e-3 of all light over five rotations of
+        // the sun's. Where the grid hid none of it, sums in another order differed by less than 1e-4.
         let lost = [1.0 - found[1] / found[0], 1.0 - found[4] / found[5]];
         println!("{name}: lost to the grid {lost:.6?}");
-        assert!(lost.iter().all(|lost| (-1e-4..5e-4).contains(lost)), "{name}: {lost:?}");
+        assert!(lost.iter().all(|lost| (-1e-4..2e-3).contains(lost)), "{name}: {lost:?}");
         // The original pattern, wide enough for all of the map. Of a map with a perspective it reaches only what lies
         // before the light on the receiver's side.
         if name != "directional" {

@@ -4,10 +4,15 @@
 
 use glam::Vec3;
 use halflight_evaluator::experiment::session::Session;
+use halflight_frame_graph::{CompiledGraph, Externals};
 use halflight_metrics::Rgb;
-use halflight_renderer::scene::SceneFacts;
-use halflight_scenes::{Camera, Light, Material, Mesh, Scene};
-use halflight_tests::{bundled, device, frames, mean_luminance, render, request};
+use halflight_native::frames::read_texture;
+use halflight_renderer::{
+    plan_frame,
+    scene::{SceneBuffers, SceneFacts, Sight, camera_view},
+};
+use halflight_scenes::{Camera, CameraKeyframe, Light, Material, Mesh, Scene};
+use halflight_tests::{bundled, device, frames, known, mean_luminance, render, request, settings};
 
 const SIZE: [u32; 2] = [96, 54];
 /// Widths of the ground: each is at least ten times as wide as the last.
@@ -161,10 +166,7 @@ fn all_of_each_bundled_scene_is_looked_at() {
 #[test]
 fn surfaces_far_from_what_is_looked_at_have_shadows() {
     // A slab above the ground, 60 units behind the room and to the right: few pixels, but in its shadow it is dark.
-    let sun = Light::Directional { direction: [0.0, -1.0, 0.0], irradiance: [8.0; 3] };
-    let mut scene = room(4e4, sun);
-    scene.meshes.push(quad(Vec3::new(30.0, 20.0, -50.0), 30.0 * Vec3::X, -30.0 * Vec3::Z));
-    scene.camera.target = [3.0, 1.0, 0.0];
+    let scene = with_slab([0.0, -1.0, 0.0]);
     let facts = SceneFacts::of(&scene);
     let [low, high] = facts.bounds;
     assert!(facts.extent.is_part() && low[2] > -40.0 && high[0] < 30.0, "{low:?} {high:?}");
@@ -193,6 +195,59 @@ fn surfaces_far_from_what_is_looked_at_have_shadows() {
         }
     }
     assert!(dark > 20 && lit > 20, "{dark} {lit}");
+}
+
+/// A slab far behind the room, which only a far shadow map shows.
+fn with_slab(direction: [f32; 3]) -> Scene {
+    let mut scene = room(4e4, Light::Directional { direction, irradiance: [8.0; 3] });
+    scene.meshes.push(quad(Vec3::new(30.0, 20.0, -50.0), 30.0 * Vec3::X, -30.0 * Vec3::Z));
+    scene.camera.target = [3.0, 1.0, 0.0];
+    scene
+}
+
+#[test]
+fn maps_and_voxels_that_are_drawn_once_follow_a_new_light_and_a_new_camera() {
+    let gpu = &device().gpu;
+    let hybrid = settings("hybrid", &[("direct.shadow_map_size", "512"), ("sources", "lights")]);
+    let plan = |facts: &SceneFacts| plan_frame(facts, known("hybrid"), &hybrid, SIZE, Default::default()).unwrap();
+    let images = |graph: &CompiledGraph, scene: &Scene, facts: &SceneFacts| {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        graph.record(gpu, &mut encoder, &camera_view(&scene.camera, SIZE, facts.near));
+        gpu.queue.submit([encoder.finish()]);
+        ["direct", "indirect"].map(|output| read_texture(gpu, graph.output(output).unwrap()).unwrap())
+    };
+    let before = with_slab([0.0, -1.0, 0.0]);
+    // Another sun, and another camera: it looks at another part.
+    let mut after = with_slab([0.6, -1.0, 0.2]);
+    after.camera.eye = [1.0, 1.4, 3.0];
+    let buffers = SceneBuffers::new(gpu, &before);
+    let externals = || Externals { scene: Some(&buffers), ..Default::default() };
+    let mut facts = SceneFacts::of(&before);
+    let mut graph = CompiledGraph::new(gpu, plan(&facts), &externals());
+    let first = images(&graph, &before, &facts);
+    assert!(buffers.relight(gpu, &after.lights));
+    facts.resize(&after, Sight::new(&after).extent(&[after.camera]));
+    assert_eq!(facts, SceneFacts::of(&after));
+    assert_ne!(facts.bounds, SceneFacts::of(&before).bounds, "the camera looks at another part");
+    assert!(graph.update(gpu, &plan(&facts)), "only numbers changed");
+    let updated = images(&graph, &after, &facts);
+    let fresh = images(&CompiledGraph::new(gpu, plan(&facts), &externals()), &after, &facts);
+    for i in 0..2 {
+        assert!(updated[i] == fresh[i], "an update differs from a new graph: {i}");
+        assert!(updated[i] != first[i], "{i}");
+    }
+}
+
+#[test]
+fn all_of_the_path_of_a_camera_is_looked_at() {
+    let mut scene = room(4e4, lights()[2]);
+    scene.meshes.push(quad(Vec3::new(38.0, 0.0, -2.0), 4.0 * Vec3::X, 3.0 * Vec3::Y));
+    let still = SceneFacts::of(&scene).bounds;
+    let key = |frame, x| CameraKeyframe { frame, eye: [x, 1.3, 4.2], target: [x, 1.0, 0.0], cut: false };
+    scene.moves.camera = vec![key(0, 0.0), key(100, 40.0)];
+    let [low, high] = SceneFacts::of(&scene).bounds;
+    assert!(still[1][0] < 20.0, "{still:?}");
+    assert!(low[0] <= -2.0 && high[0] >= 42.0 && high[0] < 100.0, "{low:?} {high:?}");
 }
 
 #[test]

@@ -10,7 +10,7 @@ use crate::{
 
 /// Width of the strip in which the divider can be dragged, points: a fingertip.
 const DIVIDER_CATCH: f32 = 28.0;
-/// Speed of flying, scene diagonals per second.
+/// Speed of flying, diagonals of what is looked at per second.
 const FLY_SPEED: f32 = 0.12;
 /// Speed of orbiting by arrow keys, picture heights per second.
 const KEY_TURN: f32 = 0.25;

@@ -81,8 +81,9 @@ impl Stage {
         self.scene.bounds().map_or(Vec3::ZERO, |(low, high)| 0.5 * (low + high))
     }
 
-    /// Length of the bounding box's diagonal, scene units.
+    /// Length of the diagonal of what is looked at, scene units.
     pub fn diagonal(&self) -> f32 {
-        self.scene.bounds().map_or(1.0, |(low, high)| (high - low).length())
+        let (low, high) = self.facts.extent.focus;
+        low.distance(high)
     }
 }

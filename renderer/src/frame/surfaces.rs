@@ -167,11 +167,12 @@ pub(super) fn plan_shadows(
     }
     for (index, layer) in far.iter().enumerate() {
         let view = far_shadow_view(plan, index, layer);
-        let reason = match facts.still {
-            true => "shadows far from what is looked at, in a coarser map; once, because the scene is static",
-            false => "shadows far from what is looked at, in a coarser map",
-        };
-        draw(plan, layers.len() + index, format!("far_shadow_{index}"), view, facts.still, reason);
+        let reason = format!(
+            "shadows far from what is looked at, in a coarser map{}{}",
+            if facts.extent.is_covered() { "" } else { "; surfaces even farther out are lit" },
+            if facts.still { "; once, because the scene is static" } else { "" },
+        );
+        draw(plan, layers.len() + index, format!("far_shadow_{index}"), view, facts.still, &reason);
     }
     Ok(Some(Shadows { maps, entries }))
 }

@@ -31,7 +31,7 @@ pub struct Inputs<'a> {
     pub extra_views: &'a [ExtraView],
 }
 
-/// Default radius of nearby light, as a share of the diagonal of the scene's bounding box.
+/// Default radius of nearby light, as a share of the diagonal of what is looked at.
 const NEARBY: f32 = 1.0 / 30.0;
 
 impl<'a> Inputs<'a> {

@@ -69,6 +69,11 @@ impl Extent {
         self.focus != self.scene
     }
 
+    /// Whether the shadow maps of directional lights, the far ones too, cover the whole scene.
+    pub fn is_covered(&self) -> bool {
+        self.around().last().unwrap_or(&self.focus) == &self.scene
+    }
+
     /// Boxes around the focus, each larger by one factor than the last, until one is the whole scene; at most
     /// [`FAR_BOXES`]. Empty if the focus is the whole scene.
     pub(crate) fn around(&self) -> Vec<Bounds> {
@@ -390,15 +395,14 @@ mod tests {
     #[test]
     fn boxes_around_grow_to_the_scene() {
         let half = Vec3::splat(5.0);
-        let boxes = |size: f32| {
-            let scene = (Vec3::splat(-size), Vec3::splat(size));
-            Extent { scene, focus: (-half, half) }.around()
-        };
+        let extent = |size: f32| Extent { scene: (Vec3::splat(-size), Vec3::splat(size)), focus: (-half, half) };
+        let boxes = |size: f32| extent(size).around();
         let around = |factor: f32| (-factor * half, factor * half);
         assert_eq!(boxes(50.0), [around(10.0)]);
         assert_eq!(boxes(500.0), [around(16.0), around(100.0)]);
         // The largest map is not infinitely coarse: the rest of such a scene has no shadows.
         assert_eq!(boxes(1e6), [around(16.0), around(256.0)]);
+        assert!([5.0, 50.0, 500.0].into_iter().all(|size| extent(size).is_covered()) && !extent(1e6).is_covered());
     }
 
     #[test]

@@ -88,6 +88,18 @@ fn in_layer(layer: u32, position: vec3f, plane: vec3f, texel: f32, size: f32) ->
     return MapPosition(to_texels(ndc.xy, size), ndc.z, layer, slope * vec2f(2.0, -2.0) / size);
 }
 
+/// Three texels of a row: 1 where the receiver's plane is at least as close to the light.
+@if(lit)
+fn lit_row(place: MapPosition, columns: vec3f, row: f32) -> vec3f {
+    let own = place.depth + place.slope.x * (columns - place.at.x) + place.slope.y * (row - place.at.y);
+    let occluders = vec3f(
+        textureLoad(shadow_maps, vec2u(vec2f(columns.x, row)), place.layer, 0),
+        textureLoad(shadow_maps, vec2u(vec2f(columns.y, row)), place.layer, 0),
+        textureLoad(shadow_maps, vec2u(vec2f(columns.z, row)), place.layer, 0),
+    );
+    return select(vec3f(0.0), vec3f(1.0), own >= occluders);
+}
+
 /// Visibility of the light, 0..1: comparisons of 3x3 texels, weighted by a quadratic B-spline. Each texel is compared
 /// with the depth of the receiver's plane at that texel, so that a slope does not shadow itself. `plane` is the
 /// geometric normal.
@@ -117,19 +129,15 @@ fn shadow(light: Light, position: vec3f, plane: vec3f, toward_light: vec3f, dist
     }
     let middle = floor(place.at + 0.5);
     let f = place.at - middle;
-    var across = array(0.5 * (0.5 - f.x) * (0.5 - f.x), 0.75 - f.x * f.x, 0.5 * (0.5 + f.x) * (0.5 + f.x));
-    var down = array(0.5 * (0.5 - f.y) * (0.5 - f.y), 0.75 - f.y * f.y, 0.5 * (0.5 + f.y) * (0.5 + f.y));
-    var sum = 0.0;
-    for (var y = 0; y < 3; y++) {
-        for (var x = 0; x < 3; x++) {
-            // Texels beyond the edge of a cube face stand for those of its neighbour.
-            let texel = clamp(middle + vec2f(f32(x - 1), f32(y - 1)), vec2f(0.0), vec2f(size - 1.0));
-            let own = place.depth + dot(place.slope, texel - place.at);
-            let occluder = textureLoad(shadow_maps, vec2u(texel), place.layer, 0);
-            sum += select(0.0, across[x] * down[y], own >= occluder);
-        }
-    }
-    return sum;
+    let across = vec3f(0.5 * (0.5 - f.x) * (0.5 - f.x), 0.75 - f.x * f.x, 0.5 * (0.5 + f.x) * (0.5 + f.x));
+    let down = vec3f(0.5 * (0.5 - f.y) * (0.5 - f.y), 0.75 - f.y * f.y, 0.5 * (0.5 + f.y) * (0.5 + f.y));
+    // Texels beyond the edge of a cube face stand for those of its neighbour.
+    let last = vec3f(size - 1.0);
+    let columns = clamp(middle.x + vec3f(-1.0, 0.0, 1.0), vec3f(0.0), last);
+    let rows = clamp(middle.y + vec3f(-1.0, 0.0, 1.0), vec3f(0.0), last);
+    return down.x * dot(across, lit_row(place, columns, rows.x))
+        + down.y * dot(across, lit_row(place, columns, rows.y))
+        + down.z * dot(across, lit_row(place, columns, rows.z));
 }
 
 /// A neighbouring pixel.

@@ -17,7 +17,7 @@ use crate::{
 
 /// Time between two passes of the interface while a software adapter traces: about that of its batches.
 const SOFTWARE_PAUSE: Duration = Duration::from_millis(300);
-/// Depth that is shown as middle grey, as a fraction of the scene's diagonal.
+/// Depth that is shown as middle grey, as a fraction of the diagonal of what is looked at.
 const DEPTH_RANGE: f32 = 0.25;
 
 impl Viewer {

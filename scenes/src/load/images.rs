@@ -66,6 +66,7 @@ pub(super) fn checker(name: &str) -> Texture {
 pub(super) struct Pyramid {
     levels: Vec<Level>,
     uniform: bool,
+    stored: [f32; 3],
 }
 
 struct Level {
@@ -79,16 +80,29 @@ impl Pyramid {
         let curve: Vec<f32> = (0..=255).map(decoded).collect();
         let texels: Vec<_> = rgb.pixels().map(|pixel| pixel.0.map(|x| curve[usize::from(x)])).collect();
         let uniform = texels.iter().all(|texel| *texel == texels[0]);
+        let sum = |i: usize| rgb.pixels().map(|pixel| u64::from(pixel.0[i])).sum::<u64>();
+        let count = 255 * u64::from(rgb.width()) * u64::from(rgb.height());
+        let stored = std::array::from_fn(|i| (sum(i) as f64 / count as f64) as f32);
         let mut levels = vec![Level { size: [rgb.width() as usize, rgb.height() as usize], texels }];
         while let Some(smaller) = levels.last().and_then(Level::halved) {
             levels.push(smaller);
         }
-        Self { levels, uniform }
+        Self { levels, uniform, stored }
     }
 
     /// Whether all its texels are equal.
     pub fn is_uniform(&self) -> bool {
         self.uniform
+    }
+
+    /// The mean over the whole image.
+    pub fn mean_of_all(&self) -> [f32; 3] {
+        self.levels[self.levels.len() - 1].texels[0]
+    }
+
+    /// The mean of the stored values, 0..1, over the whole image.
+    pub fn mean_of_stored(&self) -> [f32; 3] {
+        self.stored
     }
 
     /// The mean over a triangle in texture space, v pointing down. Triangles of under 32 texels are sampled as stored, at

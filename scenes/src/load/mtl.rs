@@ -323,11 +323,14 @@ impl Entry {
         let (location, material) = (self.location.as_str(), name.as_str());
         let mut load = |names: &Option<Vec<String>>, role| {
             let names = names.as_deref()?;
-            textures::texture(reader, &Request { names, folders, role, location, material })
+            textures::texture(reader, &Request { names, folders, role, embedded: None, location, material })
         };
         let (albedo_texture, alpha_texture) = (load(&self.map_kd, Role::Colour), load(&self.map_d, Role::AlphaMask));
         let glow = self.map_ke.as_deref().and_then(|names| {
-            textures::emission(reader, &Request { names, folders, role: Role::Emission, location, material })
+            textures::emission(
+                reader,
+                &Request { names, folders, role: Role::Emission, embedded: None, location, material },
+            )
         });
         let emission = if self.ke.is_none() && glow.is_some() { [1.0; 3] } else { emission };
         let material = Material {

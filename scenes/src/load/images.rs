@@ -222,6 +222,22 @@ mod tests {
         assert!(decode(b"not an image", "a.png").is_err());
     }
 
+    #[test]
+    fn every_kind_of_pixel_becomes_eight_bits() {
+        use image::{GrayAlphaImage, GrayImage, ImageBuffer, Luma, LumaA};
+        let deep: ImageBuffer<Rgb<u16>, Vec<u16>> = ImageBuffer::from_pixel(2, 2, Rgb([65535, 257 * 100, 0]));
+        for (image, wanted) in [
+            (DynamicImage::from(GrayImage::from_pixel(2, 2, Luma([100]))), [100, 100, 100, 255]),
+            (GrayAlphaImage::from_pixel(2, 2, LumaA([100, 50])).into(), [100, 100, 100, 50]),
+            (deep.into(), [255, 100, 0, 255]),
+        ] {
+            let mut bytes = Cursor::new(Vec::new());
+            image.write_to(&mut bytes, ImageFormat::Png).expect("a small image");
+            let (read, note) = decode(&bytes.into_inner(), "a.png").expect("it was written");
+            assert_eq!((read.to_rgba8().get_pixel(1, 1).0, note), (wanted, None));
+        }
+    }
+
     /// The left half black, the right half white.
     fn halves(size: u32) -> Pyramid {
         Pyramid::new(&RgbImage::from_fn(size, size, |x, _| Rgb([if x < size / 2 { 0 } else { 255 }; 3])).into())

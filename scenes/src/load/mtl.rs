@@ -177,11 +177,11 @@ const OPTIONS: [(&str, usize, usize, bool); 14] = [
     ("-blendu", 1, 1, false),
     ("-blendv", 1, 1, false),
     ("-cc", 1, 1, false),
-    ("-clamp", 1, 1, false),
+    ("-clamp", 1, 1, true),
     ("-texres", 1, 1, false),
     ("-bm", 1, 1, false),
     ("-boost", 1, 1, false),
-    ("-imfchan", 1, 1, false),
+    ("-imfchan", 1, 1, true),
     ("-type", 1, 1, true),
     ("-colorspace", 1, 1, false),
 ];
@@ -280,6 +280,7 @@ fn is_active(option: &str, arguments: &str) -> bool {
         "-s" => numbers.iter().any(|&x| x != 1.0),
         "-o" | "-t" => numbers.iter().any(|&x| x != 0.0),
         "-mm" => numbers.get(..2) != Some(&[0.0, 1.0]),
+        "-clamp" => arguments.split_whitespace().next().is_some_and(|word| word.eq_ignore_ascii_case("on")),
         _ => true,
     }
 }
@@ -386,11 +387,12 @@ mod tests {
     #[test]
     fn options_with_their_default_change_nothing() {
         let changed = |rest: &str| Image::parse(rest).changed;
-        for rest in ["a.png", "-s 1 1 1 -o 0 0 0 -mm 0 1 a.png", "-blendu on -texres 512 -bm 0.3 a.png", "a.png -s 1 1"]
+        for rest in
+            ["a.png", "-s 1 1 1 -o 0 0 0 -mm 0 1 a.png", "-blendu on -texres 512 -clamp off a.png", "a.png -s 1 1"]
         {
             assert!(!changed(rest), "{rest}");
         }
-        for rest in ["-s 2 a.png", "-o 0 .5 a.png", "-mm 0.1 1 a.png", "a.png -t 1 1 1"] {
+        for rest in ["-s 2 a.png", "-o 0 .5 a.png", "-mm 0.1 1 a.png", "a.png -t 1 1 1", "-clamp on a.png"] {
             assert!(changed(rest), "{rest}");
         }
     }

@@ -1,6 +1,6 @@
 //! The material of each face: from the libraries, with the colours of vertices and the images of emission.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -180,15 +180,15 @@ fn vary(
     emissions: &HashMap<usize, Rc<Pyramid>>,
     coloured: bool,
 ) {
-    let mut bases: Vec<usize> = materials.to_vec();
-    bases.sort_unstable();
-    bases.dedup();
+    let mut by_base: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (face, &base) in materials.iter().enumerate() {
+        by_base.entry(base).or_default().push(face);
+    }
     let (mut uneven, mut textured, mut averaged, mut error) = (false, false, false, 0.0_f32);
-    for base in bases {
+    for (base, members) in by_base {
         let source = &reader.scene.materials[base];
         let (has_texture, glow) = (source.albedo_texture.is_some(), source.emission);
         let image = emissions.get(&base);
-        let members: Vec<usize> = (0..materials.len()).filter(|&face| materials[face] == base).collect();
         let mut faces = Faces::default();
         for &face in &members {
             let corners = corners(parsed, face);

@@ -57,7 +57,7 @@ use crate::{Light, Mesh, ModelSource, Motion, Scene, SceneError, Transform};
 /// Of an OBJ file: polygons of any shape, `Kd`, `Ke`, `Ks`, `Ns`, `map_Kd`, `map_d`, `map_Ke`, and colours behind the
 /// coordinates of vertices. Of a glTF file: nodes, triangles, materials, textures (PNG, JPEG, WebP), the first perspective
 /// camera, `KHR_lights_punctual` (candela count as W/sr, lux as W/m2), and the first animation of nodes, 30 frames a
-/// second, as moves. Base colour, metalness and roughness become albedo, specular reflectance and Phong exponent: with
+/// second, as moves of meshes, lights and the camera. Base colour, metalness and roughness become albedo, specular reflectance and Phong exponent: with
 /// gloss = 1 - roughness, albedo = base colour x (1 - metalness x gloss), specular = (0.04 (1 - metalness) + base colour x
 /// metalness) x gloss, and exponent = 2 / roughness^4 - 2.
 ///
@@ -93,6 +93,7 @@ pub fn load_scene(files: &dyn FileSource, path: &Path) -> Result<Scene, SceneErr
         add_missing(&mut reader, true, true);
         if let Some(view) = &model.camera {
             reader.scene.camera = view.relative_to(origin);
+            reader.scene.moves.camera = view.moves(origin);
         }
     }
     textures::warn(&mut reader);
@@ -139,7 +140,7 @@ fn add_model(reader: &mut Reader, model: &mut Model, source: ModelSource, transf
 
 /// Adds the lights of a model to the scene.
 fn add_lights(reader: &mut Reader, model: &Model, origin: DVec3) {
-    for (light, place) in &model.lights {
+    for PlacedLight { light, place, motion } in &model.lights {
         let mut light = *light;
         match &mut light {
             Light::Directional { .. } => {}
@@ -147,6 +148,8 @@ fn add_lights(reader: &mut Reader, model: &Model, origin: DVec3) {
                 *position = (*place - origin).as_vec3().to_array();
             }
         }
+        let number = reader.scene.lights.len();
+        reader.scene.moves.lights.extend(motion.clone().map(|motion| (number, motion)));
         reader.scene.lights.push(light);
     }
 }
@@ -160,8 +163,14 @@ struct Model {
     motions: Vec<(Motion, DVec3)>,
     /// Its camera.
     camera: Option<camera::View>,
-    /// Its lights; positions are relative to the `DVec3` beside them.
-    lights: Vec<(Light, DVec3)>,
+    lights: Vec<PlacedLight>,
+}
+
+/// A light of a model. Its position is relative to `place`.
+struct PlacedLight {
+    light: Light,
+    place: DVec3,
+    motion: Option<Motion>,
 }
 
 /// A scene while it is being read.

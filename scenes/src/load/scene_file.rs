@@ -44,10 +44,13 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
         read.iter().for_each(|model| add_lights(reader, model, origin));
     }
     let view = read.iter().find_map(|model| model.camera.as_ref());
-    let camera = match view {
-        Some(view) if !file.has("camera") => view.relative_to(origin),
-        _ => reader.scene.camera,
-    };
+    if let Some(view) = view
+        && !file.has("camera")
+    {
+        reader.scene.camera = view.relative_to(origin);
+        reader.scene.moves.camera = view.moves(origin);
+    }
+    let camera = reader.scene.camera;
     add_missing(reader, !file.has("camera") && view.is_none(), !file.has("light") && !file.has("environment"));
     if file.has("camera") || view.is_some() {
         reader.scene.camera = camera;

@@ -1,15 +1,16 @@
-//! Animated nodes as motions of their meshes.
+//! Animated nodes as motions of their meshes, cameras and lights.
 //!
 //! A motion holds a translation, a rotation and factors along the axes of the world, about a pivot. The animation of a
 //! node and its ancestors is sampled at every frame, so curves of every kind are followed. Frames between which all
 //! numbers are linear are left out again.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use ::gltf::animation::{Interpolation, Property};
 use ::gltf::json::validation::Checked;
 use glam::{DMat3, DMat4, DQuat, DVec3, EulerRot, Vec3};
 
+use super::super::camera::View;
 use super::Source;
 use super::nodes::{Placed, local};
 use crate::{Keyframe, Motion};
@@ -84,36 +85,82 @@ impl Curve {
     }
 }
 
-/// The motions of the model with their pivots in the world, and the motion of each placed node that has a mesh.
-pub(super) fn motions(source: &mut Source, nodes: &[Placed]) -> (Vec<(Motion, DVec3)>, HashMap<usize, usize>) {
-    let curves = curves(source);
-    let (mut motions, mut objects) = (Vec::new(), HashMap::new());
-    if curves.is_empty() {
-        return (motions, objects);
-    }
-    // A node moves if it or an ancestor has a curve. Parents come first.
-    let mut moves = vec![false; nodes.len()];
-    for (i, placed) in nodes.iter().enumerate() {
-        moves[i] = curves.contains_key(&placed.node.index()) || placed.parent.is_some_and(|parent| moves[parent]);
-    }
-    for (i, placed) in nodes.iter().enumerate().filter(|(i, _)| moves[*i]) {
-        if placed.node.camera().is_some() || placed.node.light().is_some() {
-            source.notes.add("cameras and lights of animated nodes stay in their rest pose");
+/// The animated nodes of a scene.
+pub(super) struct Animation<'a> {
+    nodes: &'a [Placed<'a>],
+    curves: BTreeMap<usize, Vec<Curve>>,
+    /// Whether each node moves: it or an ancestor has a curve.
+    moves: Vec<bool>,
+}
+
+impl<'a> Animation<'a> {
+    pub fn new(source: &mut Source, nodes: &'a [Placed<'a>]) -> Self {
+        let curves = curves(source);
+        let mut moves = vec![false; nodes.len()];
+        // Parents come first.
+        for (i, placed) in nodes.iter().enumerate() {
+            moves[i] = curves.contains_key(&placed.node.index()) || placed.parent.is_some_and(|parent| moves[parent]);
         }
-        if placed.node.mesh().is_none() {
-            continue;
-        }
-        match motion(nodes, i, &curves) {
-            Some(motion) => {
-                objects.insert(i, motions.len());
-                motions.push((motion, placed.to_world.w_axis.truncate()));
-            }
-            None => source.notes.add(
-                "animations that mirror, flatten or shear a mesh are not drawn; such a mesh stays in its rest pose",
-            ),
-        }
+        Self { nodes, curves, moves }
     }
-    (motions, objects)
+
+    /// The motion of the node at `index` about its own origin; `None` for a static node and, with a note, for a motion that
+    /// cannot be represented.
+    pub fn motion(&self, source: &mut Source, index: usize) -> Option<Motion> {
+        if !self.moves[index] {
+            return None;
+        }
+        let motion = self.sampled(index, Some).and_then(|worlds| motion(self.nodes[index].to_world, &worlds));
+        if motion.is_none() {
+            source
+                .notes
+                .add("animations that mirror, flatten or shear something are not drawn; it stays in its rest pose");
+        }
+        motion
+    }
+
+    /// Eye and target of a camera at the node at `index`, at frames between which both are linear; empty for a static one.
+    pub fn path(&self, index: usize) -> Vec<(u32, [DVec3; 2])> {
+        if !self.moves[index] {
+            return Vec::new();
+        }
+        let view = |world| Some(View::of_node(world, 0.0)?.eye_and_target());
+        let Some(views) = self.sampled(index, view) else { return Vec::new() };
+        // Relative to the first eye, so that float32 is enough to compare them.
+        let relative = |p: DVec3| (p - views[0][0]).as_vec3().to_array();
+        let keys = views.iter().zip(0..).map(|(&[eye, target], frame)| Keyframe {
+            frame,
+            translate: relative(eye),
+            rotate_degrees: relative(target),
+            ..Keyframe::default()
+        });
+        without_linear(keys.collect()).into_iter().map(|key| (key.frame, views[key.frame as usize])).collect()
+    }
+
+    /// What `of` makes of the node's transform at every frame; `None` if it fails for one of them.
+    fn sampled<T>(&self, index: usize, of: impl Fn(DMat4) -> Option<T>) -> Option<Vec<T>> {
+        let mut chain = vec![index];
+        while let Some(parent) = chain.last().and_then(|&i| self.nodes[i].parent) {
+            chain.push(parent);
+        }
+        // What is above the roots does not move: the transform of the model.
+        let root = &self.nodes[*chain.last()?];
+        let above = root.to_world * local(&root.node).inverse();
+        if !above.is_finite() {
+            return None;
+        }
+        let at = |time: f32| {
+            chain.iter().rev().fold(above, |matrix, &i| {
+                let node = &self.nodes[i].node;
+                let curves = self.curves.get(&node.index());
+                matrix * curves.map_or_else(|| local(node), |curves| posed(node, curves, time))
+            })
+        };
+        let all = chain.iter().filter_map(|&i| self.curves.get(&self.nodes[i].node.index())).flatten();
+        let last = all.filter_map(|curve| curve.times.last()).fold(0.0_f32, |last, &time| last.max(time));
+        let frames = ((last * RATE).ceil() as u32).min(LAST);
+        (0..=frames).map(|frame| of(at(frame as f32 / RATE))).collect()
+    }
 }
 
 /// The curves of the first animation, by node.
@@ -158,35 +205,15 @@ fn curves(source: &mut Source) -> BTreeMap<usize, Vec<Curve>> {
     found
 }
 
-/// The motion of the node at `index`; `None` if it cannot be represented.
-fn motion(nodes: &[Placed], index: usize, curves: &BTreeMap<usize, Vec<Curve>>) -> Option<Motion> {
-    let mut chain = vec![index];
-    while let Some(parent) = chain.last().and_then(|&i| nodes[i].parent) {
-        chain.push(parent);
-    }
-    // What is above the roots does not move: the transform of the model.
-    let root = &nodes[*chain.last()?];
-    let above = root.to_world * local(&root.node).inverse();
-    let at = |time: f32| {
-        chain.iter().rev().fold(above, |matrix, &i| {
-            let node = &nodes[i].node;
-            let own = curves.get(&node.index()).map_or_else(|| local(node), |curves| posed(node, curves, time));
-            matrix * own
-        })
-    };
-    let rest = nodes[index].to_world;
+/// The motion from the rest pose through these transforms, one per frame; `None` if it cannot be represented.
+fn motion(rest: DMat4, worlds: &[DMat4]) -> Option<Motion> {
     let inverse = DMat3::from_mat4(rest).inverse();
-    if !inverse.is_finite() || !above.is_finite() {
+    if !inverse.is_finite() {
         return None;
     }
-    let all = chain.iter().filter_map(|&i| curves.get(&nodes[i].node.index())).flatten();
-    let last = all.filter_map(|curve| curve.times.last()).fold(0.0_f32, |last, &time| last.max(time));
-    let frames = ((last * RATE).ceil() as u32).min(LAST);
-    let mut keys: Vec<Keyframe> = Vec::with_capacity(frames as usize + 1);
-    for frame in 0..=frames {
-        let world = at(frame as f32 / RATE);
-        let linear = DMat3::from_mat4(world) * inverse;
-        let (rotation, scale) = rotation_and_scale(linear)?;
+    let mut keys: Vec<Keyframe> = Vec::with_capacity(worlds.len());
+    for (world, frame) in worlds.iter().zip(0..) {
+        let (rotation, scale) = rotation_and_scale(DMat3::from_mat4(*world) * inverse)?;
         let translate = (world.w_axis - rest.w_axis).truncate().as_vec3().to_array();
         let before = keys.last().map_or([0.0; 3], |key| key.rotate_degrees);
         let rotate_degrees = nearest_angles(rotation, before);
@@ -257,7 +284,7 @@ fn without_linear(keys: Vec<Keyframe>) -> Vec<Keyframe> {
                 (0..9).all(|k| {
                     let (a, b, own) = (a[k / 3][k % 3], b[k / 3][k % 3], own[k / 3][k % 3]);
                     let size = a.abs().max(b.abs()).max(1e-3);
-                    (a + t * (b - a) - own).abs() <= 1e-4 * size
+                    (a + t * (b - a) - own).abs() <= 1e-5 * size
                 })
             });
             if !linear || end - start > 300 {

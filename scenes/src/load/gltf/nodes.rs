@@ -9,6 +9,7 @@ use glam::{DMat3, DMat4, DVec3, Vec3};
 
 use super::super::clean::{Fixes, cleaned};
 use super::super::{Model, Reader, camera, clamp, origin};
+use super::animation::Animation;
 use super::primitives::{self, Primitive};
 use super::{Source, animation};
 use crate::{Light, Mesh, Transform};
@@ -46,8 +47,8 @@ pub(super) fn model(reader: &mut Reader, source: &mut Source, transform: &Transf
     let first_material = reader.scene.materials.len();
     let meshes = primitives::read(reader, source, &used)?;
     let offset = offset(&nodes, &meshes);
-    let (motions, objects) = animation::motions(source, &nodes);
-    let mut model = Model { offset, motions, ..Model::default() };
+    let animation = Animation::new(source, &nodes);
+    let mut model = Model { offset, ..Model::default() };
     let mut fixes = Fixes::default();
     for (index, placed) in nodes.iter().enumerate() {
         if placed.node.skin().is_some() {
@@ -56,10 +57,13 @@ pub(super) fn model(reader: &mut Reader, source: &mut Source, transform: &Transf
         let Some(mesh) = placed.node.mesh() else { continue };
         let name =
             placed.node.name().or(mesh.name()).map_or_else(|| format!("node {}", placed.node.index()), str::to_owned);
+        let object = animation.motion(source, index).map(|motion| {
+            model.motions.push((motion, placed.to_world.w_axis.truncate()));
+            model.motions.len() - 1
+        });
         for primitive in meshes.get(&mesh.index()).into_iter().flatten() {
             let to_scene = DMat4::from_translation(-offset) * placed.to_world;
             for part in parts(primitive, to_scene, &name, &mut fixes) {
-                let object = objects.get(&index).copied();
                 model.meshes.push(Mesh { object, ..part });
             }
         }
@@ -73,12 +77,22 @@ pub(super) fn model(reader: &mut Reader, source: &mut Source, transform: &Transf
         return Err(format!("{what}; export the model with its surfaces"));
     }
     debug_assert!(model.meshes.iter().all(|mesh| mesh.material >= first_material));
-    for placed in &nodes {
+    for (index, placed) in nodes.iter().enumerate() {
         if let Some(found) = placed.node.camera() {
+            let has_camera = model.camera.is_some();
             add_camera(source, &mut model, &found, placed.to_world);
+            if let (false, Some(view)) = (has_camera, &mut model.camera) {
+                view.path = animation.path(index);
+            }
         }
         if let Some(light) = placed.node.light() {
-            add_light(reader, source, &mut model, &light, placed.to_world);
+            let (light, place) = self::light(reader, source, &light, placed.to_world);
+            let motion = animation.motion(source, index).map(|mut motion| {
+                // A light has no size.
+                motion.keyframes.iter_mut().for_each(|key| key.scale = [1.0; 3]);
+                motion
+            });
+            model.lights.push(super::super::PlacedLight { light, place, motion });
         }
     }
     Ok(model)
@@ -212,14 +226,13 @@ fn add_camera(source: &mut Source, model: &mut Model, found: &::gltf::Camera, to
     }
 }
 
-/// Adds a light. Candela count as W/sr and lux as W/m2: the numbers stay as they are.
-fn add_light(
+/// A light and its position. Candela count as W/sr and lux as W/m2: the numbers stay as they are.
+fn light(
     reader: &mut Reader,
     source: &Source,
-    model: &mut Model,
     light: &::gltf::khr_lights_punctual::Light,
     to_world: DMat4,
-) {
+) -> (Light, DVec3) {
     let power = light.color().map(|c| c * light.intensity());
     let (power, changed) = clamp(power, 0.0, 1e30);
     if changed {
@@ -247,5 +260,5 @@ fn add_light(
             }
         }
     };
-    model.lights.push((light, place));
+    (light, place)
 }

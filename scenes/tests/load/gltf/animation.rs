@@ -85,3 +85,42 @@ fn an_animated_model_reads_back_after_it_was_written() {
     let again = load_scene(&files, Path::new("again.toml")).expect("it was written");
     assert_eq!((again.meshes, again.moves), (scene.meshes, scene.moves));
 }
+
+#[test]
+fn cameras_and_lights_move_with_their_nodes() {
+    let mut maker = Maker::default();
+    let meshes = triangle(&mut maker, "", "");
+    let times = maker.floats(&[[0.0], [1.0]]);
+    let path = maker.floats(&[[0.0, 0.0, 4.0], [3.0, 0.0, 4.0]]);
+    let half = 0.5_f32.sqrt();
+    let turn = maker.floats(&[[0.0, 0.0, 0.0, 1.0], [0.0, half, 0.0, half]]);
+    let glb = maker.glb(&format!(
+        r#"{meshes},"extensionsUsed":["KHR_lights_punctual"],"scenes":[{{"nodes":[0,1]}}],
+        "cameras":[{{"type":"perspective","perspective":{{"yfov":0.5,"znear":0.1}}}}],
+        "extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"spot","intensity":2,"spot":{{"outerConeAngle":0.5}}}}]}}}},
+        "nodes":[{{"mesh":0}},{{"children":[2,3],"translation":[0,0,4]}},{{"camera":0}},
+            {{"translation":[0,1,0],"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}],
+        "animations":[{{"channels":[{{"sampler":0,"target":{{"node":1,"path":"translation"}}}},{{"sampler":1,"target":{{"node":3,"path":"rotation"}}}}],
+        "samplers":[{{"input":{times},"output":{path}}},{{"input":{times},"output":{turn}}}]}}]"#
+    ));
+    let scene = bare(&glb);
+    assert_eq!(scene.warnings, [""; 0]);
+    assert!(scene.moves.objects.is_empty(), "the mesh is static");
+    for (frame, x, degrees) in [(0, 0.0, 0.0_f32), (10, 1.0, 30.0), (30, 3.0, 90.0), (99, 3.0, 90.0)] {
+        let pose = scene.pose(frame);
+        // Numbers in float32.
+        let near = |a: [f32; 3], b: [f32; 3]| assert!(Vec3::from(a).distance(b.into()) < 1e-4, "{frame}: {a:?} {b:?}");
+        near(pose.camera.eye, [x, 0.0, 4.0]);
+        near(pose.camera.target, [x, 0.0, 3.0]);
+        let halflight_scenes::Light::Spot { position, direction, .. } = pose.lights[0] else {
+            panic!("{:?}", pose.lights)
+        };
+        near(position, [x, 1.0, 4.0]);
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        near(direction, [-sin, 0.0, -cos]);
+    }
+    let files: MemoryFiles =
+        write_scene(&scene, "again").expect("valid").into_iter().chain([("m.glb".into(), glb)]).collect();
+    let again = load_scene(&files, Path::new("again.toml")).expect("it was written");
+    assert_eq!((again.camera, again.lights, again.moves), (scene.camera, scene.lights, scene.moves));
+}

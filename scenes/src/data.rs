@@ -51,7 +51,7 @@ pub struct Model {
 pub enum ModelSource {
     /// A generator, by name: one of [`crate::generators::NAMES`].
     Generator(String),
-    /// An OBJ file, by its path relative to the scene file.
+    /// An OBJ or glTF file, by its path relative to the scene file.
     File(String),
 }
 

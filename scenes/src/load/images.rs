@@ -66,6 +66,7 @@ pub(super) fn checker(name: &str) -> Texture {
 pub(super) struct Pyramid {
     levels: Vec<Level>,
     uniform: bool,
+    stored: [f32; 3],
 }
 
 struct Level {
@@ -79,16 +80,29 @@ impl Pyramid {
         let curve: Vec<f32> = (0..=255).map(decoded).collect();
         let texels: Vec<_> = rgb.pixels().map(|pixel| pixel.0.map(|x| curve[usize::from(x)])).collect();
         let uniform = texels.iter().all(|texel| *texel == texels[0]);
+        let sum = |i: usize| rgb.pixels().map(|pixel| u64::from(pixel.0[i])).sum::<u64>();
+        let count = 255 * u64::from(rgb.width()) * u64::from(rgb.height());
+        let stored = std::array::from_fn(|i| (sum(i) as f64 / count as f64) as f32);
         let mut levels = vec![Level { size: [rgb.width() as usize, rgb.height() as usize], texels }];
         while let Some(smaller) = levels.last().and_then(Level::halved) {
             levels.push(smaller);
         }
-        Self { levels, uniform }
+        Self { levels, uniform, stored }
     }
 
     /// Whether all its texels are equal.
     pub fn is_uniform(&self) -> bool {
         self.uniform
+    }
+
+    /// The mean over the whole image.
+    pub fn mean_of_all(&self) -> [f32; 3] {
+        self.levels[self.levels.len() - 1].texels[0]
+    }
+
+    /// The mean of the stored values, 0..1, over the whole image.
+    pub fn mean_of_stored(&self) -> [f32; 3] {
+        self.stored
     }
 
     /// The mean over a triangle in texture space, v pointing down. Triangles of under 32 texels are sampled as stored, at
@@ -206,6 +220,22 @@ mod tests {
         assert!(decode(&encoded(8, ImageFormat::Png), "a.jpg").is_ok());
         assert!(decode(&encoded(8, ImageFormat::Jpeg), "a").is_ok());
         assert!(decode(b"not an image", "a.png").is_err());
+    }
+
+    #[test]
+    fn every_kind_of_pixel_becomes_eight_bits() {
+        use image::{GrayAlphaImage, GrayImage, ImageBuffer, Luma, LumaA};
+        let deep: ImageBuffer<Rgb<u16>, Vec<u16>> = ImageBuffer::from_pixel(2, 2, Rgb([65535, 257 * 100, 0]));
+        for (image, wanted) in [
+            (DynamicImage::from(GrayImage::from_pixel(2, 2, Luma([100]))), [100, 100, 100, 255]),
+            (GrayAlphaImage::from_pixel(2, 2, LumaA([100, 50])).into(), [100, 100, 100, 50]),
+            (deep.into(), [255, 100, 0, 255]),
+        ] {
+            let mut bytes = Cursor::new(Vec::new());
+            image.write_to(&mut bytes, ImageFormat::Png).expect("a small image");
+            let (read, note) = decode(&bytes.into_inner(), "a.png").expect("it was written");
+            assert_eq!((read.to_rgba8().get_pixel(1, 1).0, note), (wanted, None));
+        }
     }
 
     /// The left half black, the right half white.

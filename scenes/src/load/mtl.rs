@@ -28,9 +28,9 @@ pub(super) struct Entry {
     absorption: Option<[f32; 3]>,
     /// The keyword and the number of a line about opacity, and the opacity.
     dissolve: Option<(&'static str, f32, f32)>,
-    map_kd: Option<Vec<String>>,
-    map_d: Option<Vec<String>>,
-    map_ke: Option<Vec<String>>,
+    map_kd: Option<Image>,
+    map_d: Option<Image>,
+    map_ke: Option<Image>,
 }
 
 /// A material with what a [`Material`] cannot hold.
@@ -38,6 +38,21 @@ pub(super) struct Surface {
     pub material: Material,
     /// The image that the emission is multiplied by.
     pub emission: Option<Rc<Pyramid>>,
+    /// How texture coordinates reach its images.
+    pub mapping: Mapping,
+}
+
+/// The options `-s` and `-o` of a texture: its coordinates are scaled, then moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Mapping {
+    pub scale: [f32; 2],
+    pub offset: [f32; 2],
+}
+
+impl Default for Mapping {
+    fn default() -> Self {
+        Self { scale: [1.0; 2], offset: [0.0; 2] }
+    }
 }
 
 /// Reads a library. Lines that cannot be parsed are skipped with a warning. Keywords are case-insensitive.
@@ -83,7 +98,7 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Vec<Entry>
                     "map_d" => &mut entry.map_d,
                     _ => &mut entry.map_ke,
                 };
-                set(target, Some(image.names).filter(|names| !names.is_empty()))
+                set(target, Some(image).filter(|image| !image.names.is_empty()))
             }
             "tf" => {
                 // Many exporters write `Tf 1 1 1` or `Tf 0 0 0` for opaque materials.
@@ -161,27 +176,29 @@ fn colour(rest: &str) -> Option<[f32; 3]> {
 }
 
 /// What stands behind the keyword of a texture.
+#[derive(Debug)]
 struct Image {
     /// The readings of the file name, as it stands first.
     names: Vec<String>,
-    /// An option changes how the image is used.
+    mapping: Mapping,
+    /// An option that is not drawn changes how the image is used.
     changed: bool,
 }
 
 /// Options with their least and largest number of arguments, and whether they change what is drawn.
 const OPTIONS: [(&str, usize, usize, bool); 14] = [
-    ("-s", 1, 3, true),
-    ("-o", 1, 3, true),
+    ("-s", 1, 3, false),
+    ("-o", 1, 3, false),
     ("-t", 1, 3, true),
     ("-mm", 1, 2, true),
     ("-blendu", 1, 1, false),
     ("-blendv", 1, 1, false),
     ("-cc", 1, 1, false),
-    ("-clamp", 1, 1, false),
+    ("-clamp", 1, 1, true),
     ("-texres", 1, 1, false),
     ("-bm", 1, 1, false),
     ("-boost", 1, 1, false),
-    ("-imfchan", 1, 1, false),
+    ("-imfchan", 1, 1, true),
     ("-type", 1, 1, true),
     ("-colorspace", 1, 1, false),
 ];
@@ -189,7 +206,7 @@ const OPTIONS: [(&str, usize, usize, bool); 14] = [
 impl Image {
     fn parse(rest: &str) -> Self {
         let mut names = Vec::new();
-        let mut changed = false;
+        let mut options = Options::default();
         let mut add = |name: &str| {
             let name = name.trim();
             let plain = name.strip_prefix('"').and_then(|name| name.strip_suffix('"')).unwrap_or(name).trim();
@@ -203,33 +220,56 @@ impl Image {
             shortest = reading;
         }
         // A number may be an argument or begin the name.
-        let (starts, before) = leading(shortest);
-        changed |= before;
+        let starts = leading(shortest, &mut options);
         for &start in &starts {
             add(&shortest[start..]);
         }
         let name = &shortest[starts.last().copied().unwrap_or_default()..];
-        if let Some((end, after)) = trailing(name) {
-            changed |= after;
+        if let Some(end) = trailing(name, &mut options) {
             add(&name[..end]);
         }
         // A line of options without a name.
         if shortest.starts_with('-') && name.is_empty() {
             names.clear();
         }
-        Self { names, changed }
+        Self { names, mapping: options.mapping, changed: options.changed }
     }
 }
 
-/// Where the name may begin behind the options at the start, in ascending order, and whether they change the picture.
-fn leading(text: &str) -> (Vec<usize>, bool) {
+/// What the options of a texture say.
+#[derive(Default)]
+struct Options {
+    mapping: Mapping,
+    changed: bool,
+}
+
+impl Options {
+    /// Takes an option with its arguments and what follows them.
+    fn take(&mut self, option: &str, changes: bool, arguments: &str) {
+        let numbers: Vec<f32> = arguments.split_whitespace().take(3).map_while(|word| word.parse().ok()).collect();
+        let finite = |index: usize, other: f32| numbers.get(index).copied().filter(|x| x.is_finite()).unwrap_or(other);
+        match option.to_lowercase().as_str() {
+            "-s" => self.mapping.scale = [finite(0, 1.0), finite(1, 1.0)],
+            "-o" => self.mapping.offset = [finite(0, 0.0), finite(1, 0.0)],
+            "-t" => self.changed |= numbers.iter().any(|&x| x != 0.0),
+            "-mm" => self.changed |= numbers.get(..2) != Some(&[0.0, 1.0]),
+            "-clamp" => {
+                let first = arguments.split_whitespace().next();
+                self.changed |= first.is_some_and(|word| word.eq_ignore_ascii_case("on"));
+            }
+            _ => self.changed |= changes,
+        }
+    }
+}
+
+/// Where the name may begin behind the options at the start, in ascending order.
+fn leading(text: &str, options: &mut Options) -> Vec<usize> {
     let mut starts = vec![0];
-    let mut changed = false;
     let mut at = 0;
     while let Some((option, end)) = word(text, at)
         && let Some(&(_, least, most, changes)) = known(option)
     {
-        changed |= changes && is_active(option, &text[end..]);
+        options.take(option, changes, &text[end..]);
         at = end;
         starts.clear();
         for argument in 0..most {
@@ -246,15 +286,16 @@ fn leading(text: &str) -> (Vec<usize>, bool) {
             starts.push(text.len());
         }
     }
-    (starts, changed)
+    starts
 }
 
-/// Where the name ends before options at the end, and whether they change the picture.
-fn trailing(text: &str) -> Option<(usize, bool)> {
+/// Where the name ends before options at the end.
+fn trailing(text: &str, options: &mut Options) -> Option<usize> {
     let mut at = 0;
     while let Some((option, end)) = word(text, at) {
         if at > 0 && known(option).is_some() {
-            return Some((end - option.len(), leading(&text[end - option.len()..]).1));
+            leading(&text[end - option.len()..], options);
+            return Some(end - option.len());
         }
         at = end;
     }
@@ -271,17 +312,6 @@ fn word(text: &str, from: usize) -> Option<(&str, usize)> {
 
 fn known(option: &str) -> Option<&'static (&'static str, usize, usize, bool)> {
     OPTIONS.iter().find(|(name, ..)| name.eq_ignore_ascii_case(option))
-}
-
-/// Whether the arguments of an option differ from its default.
-fn is_active(option: &str, arguments: &str) -> bool {
-    let numbers: Vec<f64> = arguments.split_whitespace().take(3).map_while(|word| word.parse().ok()).collect();
-    match option.to_lowercase().as_str() {
-        "-s" => numbers.iter().any(|&x| x != 1.0),
-        "-o" | "-t" => numbers.iter().any(|&x| x != 0.0),
-        "-mm" => numbers.get(..2) != Some(&[0.0, 1.0]),
-        _ => true,
-    }
 }
 
 impl Entry {
@@ -321,13 +351,27 @@ impl Entry {
         let folders = [self.folder.as_path(), model_folder];
         let folders = if folders[0] == folders[1] { &folders[..1] } else { &folders[..] };
         let (location, material) = (self.location.as_str(), name.as_str());
-        let mut load = |names: &Option<Vec<String>>, role| {
-            let names = names.as_deref()?;
-            textures::texture(reader, &Request { names, folders, role, location, material })
+        let images = [("map_Kd", &self.map_kd), ("map_d", &self.map_d), ("map_Ke", &self.map_ke)];
+        let mut mappings = images.iter().filter_map(|(keyword, image)| Some((keyword, image.as_ref()?.mapping)));
+        let (first, mapping) =
+            mappings.next().map_or(("", Mapping::default()), |(&keyword, mapping)| (keyword, mapping));
+        for (keyword, other) in mappings {
+            if other != mapping {
+                let sentence = format!("the options -s and -o of {first} are used for {keyword}, too");
+                reader.warn(format!("{location}: material `{material}`: {sentence}"));
+            }
+        }
+        let mut load = |image: &Option<Image>, role| {
+            let names = &image.as_ref()?.names[..];
+            textures::texture(reader, &Request { names, folders, role, embedded: None, location, material })
         };
         let (albedo_texture, alpha_texture) = (load(&self.map_kd, Role::Colour), load(&self.map_d, Role::AlphaMask));
-        let glow = self.map_ke.as_deref().and_then(|names| {
-            textures::emission(reader, &Request { names, folders, role: Role::Emission, location, material })
+        let glow = self.map_ke.as_ref().and_then(|image| {
+            let names = &image.names[..];
+            textures::emission(
+                reader,
+                &Request { names, folders, role: Role::Emission, embedded: None, location, material },
+            )
         });
         let emission = if self.ke.is_none() && glow.is_some() { [1.0; 3] } else { emission };
         let material = Material {
@@ -342,7 +386,7 @@ impl Entry {
             absorption,
             receive_only: false,
         };
-        Surface { material, emission: glow }
+        Surface { material, emission: glow, mapping }
     }
 }
 
@@ -381,14 +425,27 @@ mod tests {
     }
 
     #[test]
-    fn options_with_their_default_change_nothing() {
+    fn options_that_are_not_drawn_are_noticed() {
         let changed = |rest: &str| Image::parse(rest).changed;
-        for rest in ["a.png", "-s 1 1 1 -o 0 0 0 -mm 0 1 a.png", "-blendu on -texres 512 -bm 0.3 a.png", "a.png -s 1 1"]
+        for rest in
+            ["a.png", "-s 1 1 1 -o 0 0 0 -mm 0 1 a.png", "-blendu on -texres 512 -clamp off a.png", "a.png -s 1 1"]
         {
             assert!(!changed(rest), "{rest}");
         }
-        for rest in ["-s 2 a.png", "-o 0 .5 a.png", "-mm 0.1 1 a.png", "a.png -t 1 1 1"] {
+        for rest in ["-mm 0.1 1 a.png", "-type sphere a.png", "-imfchan r a.png", "a.png -t 1 1 1", "-clamp on a.png"] {
             assert!(changed(rest), "{rest}");
         }
+    }
+
+    #[test]
+    fn scale_and_offset_are_read_wherever_they_stand() {
+        let mapping = |rest: &str| {
+            let Mapping { scale, offset } = Image::parse(rest).mapping;
+            (scale, offset)
+        };
+        assert_eq!(mapping("a.png"), ([1.0; 2], [0.0; 2]));
+        assert_eq!(mapping("-o 0.5 -7.0 0.0 -s 2 10.0 1.0 a.png"), ([2.0, 10.0], [0.5, -7.0]));
+        assert_eq!(mapping("-s 2 a.png"), ([2.0, 1.0], [0.0; 2]));
+        assert_eq!(mapping("a b.png -s 2 3 1 -o 0.25"), ([2.0, 3.0], [0.25, 0.0]));
     }
 }

@@ -36,8 +36,8 @@ pub(super) struct Placement {
     pub meshes: Range<usize>,
     /// World position of the meshes' origin.
     pub offset: DVec3,
-    /// The motion of the model, an index into [`crate::Moves::objects`], and the world position of its pivot.
-    pub motion: Option<(usize, DVec3)>,
+    /// The motions of the model, indices into [`crate::Moves::objects`], and the world positions of their pivots.
+    pub motions: Vec<(usize, DVec3)>,
 }
 
 /// Moves all meshes to the scene's origin, which it chooses from their bounds.
@@ -65,9 +65,10 @@ pub(super) fn place(reader: &mut Reader, placements: &[Placement]) {
                 *position = moved.to_array();
             }
         }
-        if let Some((object, pivot)) = placement.motion
-            && origin != DVec3::ZERO
-        {
+        for &(object, pivot) in &placement.motions {
+            if origin == DVec3::ZERO {
+                continue;
+            }
             let motion = &mut scene.moves.objects[object];
             let turns = motion.keyframes.iter().any(|key| key.rotate_degrees != [0.0; 3] || key.scale != [1.0; 3]);
             // A pivot far away would take a translation its precision, which needs none.

@@ -5,7 +5,9 @@ use std::path::Path;
 use glam::{DVec3, Mat3, Quat, Vec3};
 
 use super::keys::{Source, Table, listed, nearest_name};
-use super::{Model, Reader, add_missing, environment, keyframes, obj, origin, reason};
+use super::{
+    Model, Reader, add_lights, add_missing, add_model, environment, is_model, keyframes, origin, read_model, reason,
+};
 use crate::{Camera, Light, Mesh, ModelSource, SceneError, Transform, generators};
 
 /// Reads a scene file into the reader's scene. See [`super::load_scene`] for its keys.
@@ -27,18 +29,30 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<(),
     if models.is_empty() {
         return Err(file.error("model", "is missing; write for example `[[model]]` and `path = \"model.obj\"`"));
     }
-    let mut placements = Vec::new();
+    let (mut read, mut placements) = (Vec::new(), Vec::new());
     for table in models {
-        placements.push(model(reader, path, &table)?);
+        let (model, placement) = model(reader, path, &table)?;
+        read.push(model);
+        placements.push(placement);
     }
     origin::place(reader, &placements);
     let origin = DVec3::from(reader.scene.origin);
     if origin != DVec3::ZERO {
         settings(reader, &file, origin)?;
     }
+    if !file.has("light") {
+        read.iter().for_each(|model| add_lights(reader, model, origin));
+    }
+    let view = read.iter().find_map(|model| model.camera.as_ref());
+    if let Some(view) = view
+        && !file.has("camera")
+    {
+        reader.scene.camera = view.relative_to(origin);
+        reader.scene.moves.camera = view.moves(origin);
+    }
     let camera = reader.scene.camera;
-    add_missing(reader, !file.has("camera"), !file.has("light") && !file.has("environment"));
-    if file.has("camera") {
+    add_missing(reader, !file.has("camera") && view.is_none(), !file.has("light") && !file.has("environment"));
+    if file.has("camera") || view.is_some() {
         reader.scene.camera = camera;
     }
     Ok(())
@@ -66,15 +80,18 @@ fn settings(reader: &mut Reader, file: &Table, origin: DVec3) -> Result<(), Scen
 }
 
 /// Adds a model to the scene. Its positions are not yet relative to the scene's origin.
-fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<origin::Placement, SceneError> {
+fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<(Model, origin::Placement), SceneError> {
     let receive_only = table.boolean("receive_only")?.unwrap_or(false);
     let first_material = reader.scene.materials.len();
-    let (source, Model { mut meshes, mut offset }) = match (table.text("path")?, table.text("generator")?) {
+    let transform_table = table.table("transform", &["translate", "rotate_degrees", "scale"])?;
+    let transform = transform_table.as_ref().map(self::transform).transpose()?.unwrap_or_default();
+    let (source, (mut model, remaining)) = match (table.text("path")?, table.text("generator")?) {
         (Some(name), None) => {
-            if !name.to_lowercase().ends_with(".obj") {
-                return Err(
-                    table.error("path", format_args!("names {name}; only .obj models are read, export it as one"))
-                );
+            if !is_model(Path::new(name)) {
+                return Err(table.error(
+                    "path",
+                    format_args!("names {name}; only .obj, .gltf and .glb models are read, export it as one of them"),
+                ));
             }
             let path = scene_path.parent().unwrap_or(Path::new("")).join(name);
             let bytes = reader.files.read(&path).map_err(|error| {
@@ -84,7 +101,7 @@ fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<origin
                     format_args!("names {}, which cannot be read ({why}); it is relative to this file", path.display()),
                 )
             })?;
-            (ModelSource::File(name.to_owned()), obj::read(reader, &path, &bytes)?)
+            (ModelSource::File(name.to_owned()), read_model(reader, &path, &bytes, &transform)?)
         }
         (None, Some(name)) => {
             let geometry = generators::geometry(name).ok_or_else(|| {
@@ -93,36 +110,28 @@ fn model(reader: &mut Reader, scene_path: &Path, table: &Table) -> Result<origin
                     .map_or_else(|| format!("use {}", listed(known)), |near| format!("did you mean `{near}`?"));
                 table.error("generator", format_args!("names `{name}`, which is not a generator; {fix}"))
             })?;
-            let meshes = add_geometry(reader, geometry);
-            (ModelSource::Generator(name.to_owned()), Model { meshes, offset: DVec3::ZERO })
+            let model = Model { meshes: add_geometry(reader, geometry), ..Model::default() };
+            (ModelSource::Generator(name.to_owned()), (model, Some(&transform)))
         }
         (Some(_), Some(_)) => return Err(table.error("generator", "is given together with `path`; remove one of them")),
         (None, None) => {
             return Err(table.error("path", "is missing; write `path = \"model.obj\"` or `generator = \"atrium\"`"));
         }
     };
-    let mut transform = Transform::default();
-    if let Some(table) = table.table("transform", &["translate", "rotate_degrees", "scale"])? {
-        transform = self::transform(&table)?;
-        offset = apply(&transform, &mut meshes, offset).ok_or_else(|| {
+    if let (Some(transform), Some(table)) = (remaining, &transform_table) {
+        model.offset = apply(transform, &mut model.meshes, model.offset).ok_or_else(|| {
             table.error("scale", "or `translate` moves a vertex out of the range of float32; use smaller numbers")
         })?;
     }
-    let mut motion = None;
-    if let Some((moves, pivot)) = keyframes::model(table, transform.translate)? {
-        let objects = &mut reader.scene.moves.objects;
-        meshes.iter_mut().for_each(|mesh| mesh.object = Some(objects.len()));
-        motion = Some((objects.len(), pivot));
-        objects.push(moves);
+    if let Some(motion) = keyframes::model(table, transform.translate)? {
+        // The motion of the scene file replaces that of the model.
+        model.meshes.iter_mut().for_each(|mesh| mesh.object = Some(0));
+        model.motions = vec![motion];
     }
-    let models = &mut reader.scene.models;
-    meshes.iter_mut().for_each(|mesh| mesh.model = Some(models.len()));
-    models.push(crate::Model { source, transform });
     // Every model has its own materials, so this changes no other model.
     reader.scene.materials[first_material..].iter_mut().for_each(|material| material.receive_only = receive_only);
-    let first = reader.scene.meshes.len();
-    reader.scene.meshes.extend(meshes);
-    Ok(origin::Placement { meshes: first..reader.scene.meshes.len(), offset, motion })
+    let placement = add_model(reader, &mut model, source, transform);
+    Ok((model, placement))
 }
 
 /// Adds materials and textures to the scene and returns the meshes with their indices offset.

@@ -19,6 +19,8 @@ pub(super) enum Role {
     AlphaMask,
     /// Emission.
     Emission,
+    /// Metalness and roughness.
+    Gloss,
 }
 
 impl Role {
@@ -27,6 +29,7 @@ impl Role {
             Self::Colour => "texture",
             Self::AlphaMask => "alpha mask",
             Self::Emission => "image of emission",
+            Self::Gloss => "image of metalness and roughness",
         }
     }
 
@@ -36,6 +39,7 @@ impl Role {
             Self::Colour => "it is replaced by a magenta checker",
             Self::AlphaMask => "the surface is drawn opaque",
             Self::Emission => "the emission is used without it",
+            Self::Gloss => "the factors are used without it",
         }
     }
 }
@@ -71,6 +75,8 @@ pub(super) struct Request<'a> {
     /// The folder of the material library, then other folders.
     pub folders: &'a [&'a Path],
     pub role: Role,
+    /// The image itself, if it is part of the model's file. Its name is then any text that no other image has.
+    pub embedded: Option<&'a [u8]>,
     /// `file:line` of the material.
     pub location: &'a str,
     /// Name of the material.
@@ -85,6 +91,9 @@ impl Request<'_> {
 
     /// The path of the image and, unless it is already known, its contents.
     fn find(&self, reader: &mut Reader) -> (String, io::Result<Option<Vec<u8>>>) {
+        if let Some(bytes) = self.embedded {
+            return (self.name().to_owned(), Ok(Some(bytes.to_vec())));
+        }
         let folder = self.folders.first().copied().unwrap_or(Path::new(""));
         let key = (folder.to_owned(), self.names.first().cloned().unwrap_or_default());
         if let Some(path) = reader.found.paths.get(&key) {

@@ -28,8 +28,16 @@ pub fn write_scene(scene: &Scene, name: &str) -> Result<Vec<(String, Vec<u8>)>, 
     let mut toml = format!("name = {}\n", quoted(&scene.name));
     let mut files = Vec::new();
     let receives_only = |mesh: &Mesh| scene.materials.get(mesh.material).is_some_and(|m| m.receive_only);
+    // The parts of a glTF model may move on their own; their motions are those of the file.
+    let moves_itself = |mesh: &Mesh| {
+        let is_gltf = match mesh.model.and_then(|model| scene.models.get(model)).map(|model| &model.source) {
+            Some(ModelSource::File(path)) => !path.to_lowercase().ends_with(".obj"),
+            _ => false,
+        };
+        is_gltf && scene.meshes.iter().any(|other| other.model == mesh.model && other.object != mesh.object)
+    };
     // What a mesh shares with the other meshes of its model; in order of appearance.
-    let key = |mesh: &Mesh| (mesh.model, mesh.object, receives_only(mesh));
+    let key = |mesh: &Mesh| (mesh.model, mesh.object.filter(|_| !moves_itself(mesh)), receives_only(mesh));
     let mut models: Vec<(Option<usize>, Option<usize>, bool)> = Vec::new();
     for mesh in &scene.meshes {
         if !models.contains(&key(mesh)) {

@@ -135,6 +135,18 @@ fn strays_and_grounds_do_not_move_the_camera_away() {
 }
 
 #[test]
+fn a_hall_around_a_detailed_thing_is_no_ground() {
+    // 200 small faces in the middle of a court of 60 m.
+    let mut obj = make_box([0.0; 3], [60.0, 20.0, 24.0], &["+y"], true);
+    for i in 0..200 {
+        let (x, z) = (29.5 + f64::from(i % 10) * 0.1, 11.5 + f64::from(i / 10) * 0.05);
+        obj += &format!("v {x} 1 {z}\nv {} 1 {z}\nv {x} 1.1 {z}\nf -3 -2 -1\n", x + 0.1);
+    }
+    let eye = Vec3::from(load_obj(&obj).camera.eye);
+    assert!(eye.cmpgt(Vec3::ZERO).all() && eye.cmplt(Vec3::new(60.0, 20.0, 24.0)).all(), "inside: {eye}");
+}
+
+#[test]
 fn dust_is_seen_from_close_by() {
     // A thousand grains of dust in a wide cube.
     let grains = (0..1000_u32).map(|i| {

@@ -4,6 +4,7 @@ mod automatic;
 mod colours;
 mod damage;
 mod far;
+mod gltf;
 mod keyframes;
 mod materials;
 mod obj;

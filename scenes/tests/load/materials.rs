@@ -165,11 +165,26 @@ fn missing_and_broken_images_are_replaced_with_a_warning() {
 }
 
 #[test]
-fn texture_options_are_ignored_with_a_warning() {
+fn texture_options_are_drawn_or_told_once() {
     let png = encoded(colours(), ImageFormat::Png);
-    let scene = with_library("newmtl m\nmap_Kd -s 2 2 1 a.png\n", &[("dir/a.png", &png)]);
-    assert_warns(&scene, &["dir/m.mtl:2:", "options", "map_Kd -s 2 2 1 a.png"]);
+    let mtl = "newmtl m\nmap_Kd -mm 0.1 1 a.png\nmap_d -clamp on a.png\nnewmtl n\nmap_Kd -t 1 1 1 a.png\n";
+    let scene = with_library(mtl, &[("dir/a.png", &png)]);
+    assert_warns(&scene, &["dir/m.mtl:2:", "options", "map_Kd -mm 0.1 1 a.png", "2 further lines"]);
     assert_eq!(scene.textures[0].name, "a.png");
+
+    // Scale and offset count for this material only; v points up in both.
+    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\nusemtl n\nf 1/1 2/2 3/3\n";
+    let mtl = "newmtl m\nmap_Kd -s 2 4 1 -o 0.5 0.25 0 a.png\nnewmtl n\nmap_Kd a.png\n";
+    let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes()), ("a.png", &png)], "m.obj");
+    assert_eq!(scene.warnings, [""; 0]);
+    assert_eq!(scene.meshes[0].uvs, [[0.5, 0.75], [2.5, 0.75], [0.5, -3.25]]);
+    assert_eq!(scene.meshes[1].uvs, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
+    let scene = with_library("newmtl m\nmap_Kd -s 2 2 a.png\nmap_Ke a.png\n", &[("dir/a.png", &png)]);
+    assert!(
+        scene.warnings.iter().any(|w| w.contains("-s and -o of map_Kd are used for map_Ke")),
+        "{:?}",
+        scene.warnings
+    );
 }
 
 #[test]

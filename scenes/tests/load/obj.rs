@@ -215,6 +215,6 @@ fn files_without_faces_are_refused() {
 #[test]
 fn files_that_cannot_be_read_are_refused() {
     assert_says(&refusal(&[], "dir/m.obj"), &["dir/m.obj:", "no such file", "check the path"]);
-    assert_says(&refusal(&[], "m.gltf"), &["m.gltf:", ".toml", ".obj"]);
+    assert_says(&refusal(&[], "m.fbx"), &["m.fbx:", ".toml", ".obj", ".gltf", ".glb"]);
     assert_says(&refusal(&[], "scenes"), &["scenes:", ".toml", ".obj"]);
 }

@@ -244,7 +244,7 @@ fn invalid_values_are_refused_with_line_key_value_and_range() {
         ("name = 3\n[[model]]\n".into(), 1, ["`name` is 3", "text in quotes"]),
         ("name = \"x\"\n".into(), 1, ["`model` is missing", "[[model]]"]),
         ("[[model]]\npath = \"gone.obj\"\n".into(), 2, ["`model.path` names dir/gone.obj", "relative to this file"]),
-        ("[[model]]\npath = \"m.gltf\"\n".into(), 2, ["`model.path` names m.gltf", "only .obj models"]),
+        ("[[model]]\npath = \"m.fbx\"\n".into(), 2, ["`model.path` names m.fbx", "only .obj, .gltf and .glb models"]),
         ("name = \"x\nname = 2\n".into(), 1, ["not valid TOML", "dir/s.toml"]),
         ("[camera]\n\n[camera]\n".into(), 3, ["not valid TOML", "dir/s.toml"]),
     ] {

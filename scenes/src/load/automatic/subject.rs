@@ -119,6 +119,11 @@ fn without_ground(items: &[Item], kept: &[usize]) -> Option<Vec<usize>> {
     let (low, high) = (low - detail, high + detail);
     let near = |&i: &usize| items[i].low.cmpge(low).all() && items[i].high.cmple(high).all();
     let near: Vec<usize> = kept.iter().copied().filter(near).collect();
-    // Half of the triangles must be detail: otherwise the scene has a dense part and a sparse one.
-    (2 * near.len() > kept.len()).then_some(near)
+    // Half of the triangles must be detail: otherwise the scene has a dense part and a sparse one. What is left must be
+    // flat: a hall around a detailed statue is no ground.
+    let far = kept.iter().filter(|&&i| !(items[i].low.cmpge(low).all() && items[i].high.cmple(high).all()));
+    let (bottom, top) = far.fold((f32::INFINITY, f32::NEG_INFINITY), |(bottom, top), &i| {
+        (bottom.min(items[i].low.y), top.max(items[i].high.y))
+    });
+    (2 * near.len() > kept.len() && top - bottom <= 2.0 * detail).then_some(near)
 }

@@ -12,6 +12,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::clean::Fixes;
 use super::{Model, Reader, origin, text};
 use crate::SceneError;
 
@@ -23,7 +24,7 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<Mod
     let materials = surfaces::assign(reader, path, &mut parsed);
     let (low, high) = bounds(&parsed);
     let offset = origin::offset(low, high);
-    let mut fixes = build::Fixes { coordinates: parsed.bad_coordinates, ..build::Fixes::default() };
+    let mut fixes = Fixes { coordinates: parsed.bad_coordinates, ..Fixes::default() };
     fixes.dropped += parsed.lines_as_faces;
     let meshes = build::meshes(&parsed, &materials, offset, &mut fixes);
     fixes.warn(reader, path);
@@ -42,7 +43,7 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Result<Mod
         let what = if fixes.dropped > 0 { "every face has zero area" } else { "the file has no faces" };
         return Err(SceneError(format!("{}: {what}; export the model with its surfaces", path.display())));
     }
-    Ok(Model { meshes, offset })
+    Ok(Model { meshes, offset, ..Model::default() })
 }
 
 /// Bounds of what faces use.

@@ -1,6 +1,6 @@
 //! The material of each face: from the libraries, with the colours of vertices and the images of emission.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::super::faces::{Faces, derive};
 use super::super::images::Pyramid;
 use super::super::keys::nearest_name;
-use super::super::mtl::{self, Entry, Surface};
+use super::super::mtl::{self, Entry, Mapping, Surface};
 use super::super::{Reader, reason, text};
 use super::parse::{Face, Parsed};
 use crate::Material;
@@ -18,7 +18,7 @@ use crate::Material;
 /// to the model where colours of vertices are in a texture.
 pub(super) fn assign(reader: &mut Reader, path: &Path, parsed: &mut Parsed) -> Vec<usize> {
     let coloured = colours(reader, path, parsed);
-    let (mut indices, emissions) = add_materials(reader, path, parsed, coloured);
+    let Added { mut indices, emissions, mappings } = add_materials(reader, path, parsed, coloured);
     let needs_default = parsed.faces.iter().any(|face| face.material.is_none());
     if needs_default {
         let albedo = if coloured { [1.0; 3] } else { Material::default().albedo };
@@ -27,6 +27,7 @@ pub(super) fn assign(reader: &mut Reader, path: &Path, parsed: &mut Parsed) -> V
     }
     let index = |face: &Face| face.material.map_or_else(|| indices[indices.len() - 1], |material| indices[material]);
     let mut materials: Vec<usize> = parsed.faces.iter().map(index).collect();
+    map_coordinates(parsed, &materials, &mappings);
     if coloured || !emissions.is_empty() {
         vary(reader, path, parsed, &mut materials, &emissions, coloured);
     }
@@ -45,13 +46,18 @@ fn colours(reader: &mut Reader, path: &Path, parsed: &mut Parsed) -> bool {
     parsed.colours.iter().any(|&colour| colour != [1.0; 3])
 }
 
-/// Adds a material to the scene for each name in use. Returns their indices, and the images of their emissions by index.
-fn add_materials(
-    reader: &mut Reader,
-    path: &Path,
-    parsed: &Parsed,
-    coloured: bool,
-) -> (Vec<usize>, HashMap<usize, Rc<Pyramid>>) {
+/// Materials that were added to the scene.
+struct Added {
+    /// One for each name in use.
+    indices: Vec<usize>,
+    /// Images of emission by material.
+    emissions: HashMap<usize, Rc<Pyramid>>,
+    /// Mappings of texture coordinates by material, where they change something.
+    mappings: HashMap<usize, Mapping>,
+}
+
+/// Adds a material to the scene for each name in use.
+fn add_materials(reader: &mut Reader, path: &Path, parsed: &Parsed, coloured: bool) -> Added {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut unread = false;
     let mut entries = Vec::new();
@@ -69,7 +75,7 @@ fn add_materials(
             }
         }
     }
-    let mut emissions = HashMap::new();
+    let (mut emissions, mut mappings) = (HashMap::new(), HashMap::new());
     // Names with different comments are one material.
     let mut known: HashMap<usize, usize> = HashMap::new();
     let add = |(line, name): &(usize, String)| {
@@ -91,17 +97,38 @@ fn add_materials(
                 }
                 let albedo = if coloured { [1.0; 3] } else { Material::default().albedo };
                 let material = Material { name: name.to_owned(), albedo, ..Material::default() };
-                Surface { material, emission: None }
+                Surface { material, emission: None, mapping: Mapping::default() }
             }
         };
         reader.scene.materials.push(surface.material);
         let index = reader.scene.materials.len() - 1;
         emissions.extend(surface.emission.map(|image| (index, image)));
+        if surface.mapping != Mapping::default() {
+            mappings.insert(index, surface.mapping);
+        }
         known.extend(found.map(|entry| (entry, index)));
         index
     };
     let indices = parsed.used.iter().map(add).collect();
-    (indices, emissions)
+    Added { indices, emissions, mappings }
+}
+
+/// Scales and moves the texture coordinates of faces whose materials ask for it.
+fn map_coordinates(parsed: &mut Parsed, materials: &[usize], mappings: &HashMap<usize, Mapping>) {
+    let mut known: HashMap<(usize, u32), u32> = HashMap::new();
+    for (face, material) in parsed.faces.iter().zip(materials) {
+        let Some(Mapping { scale, offset }) = mappings.get(material) else { continue };
+        for corner in &mut parsed.corners[face.first..face.first + face.count] {
+            if corner[1] > 0 {
+                corner[1] = *known.entry((*material, corner[1])).or_insert_with(|| {
+                    let uv = parsed.uvs[corner[1] as usize - 1];
+                    let mapped: [f32; 2] = std::array::from_fn(|i| offset[i] + scale[i] * uv[i]);
+                    parsed.uvs.push(if mapped.iter().all(|x| x.is_finite()) { mapped } else { uv });
+                    parsed.uvs.len() as u32
+                });
+            }
+        }
+    }
 }
 
 /// The entry that a name of `usemtl` stands for: the same text, or the same name with a comment behind one of them.
@@ -180,15 +207,15 @@ fn vary(
     emissions: &HashMap<usize, Rc<Pyramid>>,
     coloured: bool,
 ) {
-    let mut bases: Vec<usize> = materials.to_vec();
-    bases.sort_unstable();
-    bases.dedup();
+    let mut by_base: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (face, &base) in materials.iter().enumerate() {
+        by_base.entry(base).or_default().push(face);
+    }
     let (mut uneven, mut textured, mut averaged, mut error) = (false, false, false, 0.0_f32);
-    for base in bases {
+    for (base, members) in by_base {
         let source = &reader.scene.materials[base];
         let (has_texture, glow) = (source.albedo_texture.is_some(), source.emission);
         let image = emissions.get(&base);
-        let members: Vec<usize> = (0..materials.len()).filter(|&face| materials[face] == base).collect();
         let mut faces = Faces::default();
         for &face in &members {
             let corners = corners(parsed, face);

@@ -55,7 +55,7 @@ pub struct NativeGpu {
     pub gpu: Gpu,
     /// Name, driver, backend and type of the adapter.
     pub info: wgpu::AdapterInfo,
-    _handler: Handler,
+    handler: Handler,
 }
 
 impl NativeGpu {
@@ -97,14 +97,14 @@ impl NativeGpu {
             DeviceError(format!("adapter \"{}\" refused a device: {e}; choose another with --adapter", info.name))
         })?;
         let handler = Handler::of(&device);
-        Ok(Self { gpu: Gpu::new(device, queue), info, _handler: handler })
+        Ok(Self { gpu: Gpu::new(device, queue), info, handler })
     }
 
     /// What `make` makes on the device. What a device can hold is not known before it is asked.
     ///
     /// # Errors
-    /// If the device refuses something, for example because it is too large: what it said.
-    pub fn refusals<T>(&self, make: impl FnOnce() -> T) -> Result<T, DeviceError> {
+    /// If the device refuses something, for example because it is too large: what it said, and `fix`. If it was lost.
+    pub fn refusals<T>(&self, fix: &str, make: impl FnOnce() -> T) -> Result<T, DeviceError> {
         let memory = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let limits = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let made = make();
@@ -114,7 +114,10 @@ impl NativeGpu {
             None => Ok(made),
             Some(error) => {
                 let said = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-                Err(DeviceError(format!("the device refused ({said})")))
+                Err(DeviceError(match self.handler.was_lost() {
+                    true => "the device was lost; run again".into(),
+                    false => format!("the device refused ({said}): {fix}"),
+                }))
             }
         }
     }
@@ -131,34 +134,49 @@ const LOSS_IS_TOLD: Duration = Duration::from_secs(2);
 
 /// Errors of a device that was lost are not this program's mistakes: they end with a sentence when its results are read,
 /// and not here. All others panic, as they do where nobody handles them.
-struct Handler(wgpu::Device);
+struct Handler {
+    device: wgpu::Device,
+    lost: Arc<AtomicBool>,
+}
 
 impl Handler {
     fn of(device: &wgpu::Device) -> Self {
         let lost = Arc::new(AtomicBool::new(false));
         let told = lost.clone();
         device.set_device_lost_callback(move |_, _| told.store(true, Ordering::Release));
-        let own = device.clone();
+        let (own, flag) = (device.clone(), lost.clone());
         device.on_uncaptured_error(Arc::new(move |error| {
-            // A loss is reported once the device is idle, and perhaps by another thread that polls it: later than the first
-            // error that comes of it. Who made a mistake can wait for the panic.
-            let begin = Instant::now();
-            while !lost.load(Ordering::Acquire) {
-                if begin.elapsed() > LOSS_IS_TOLD {
-                    panic!("the device refused: {error}");
-                }
-                drop(own.poll(wgpu::PollType::wait_indefinitely()));
-                thread::sleep(Duration::from_millis(5));
+            if !loss_is_reported(&own, &flag) {
+                panic!("the device refused: {error}");
             }
         }));
-        Self(device.clone())
+        Self { device: device.clone(), lost }
     }
+
+    /// Whether an error came of a loss of the device.
+    fn was_lost(&self) -> bool {
+        loss_is_reported(&self.device, &self.lost)
+    }
+}
+
+/// Waits for the report of a loss. It comes once the device is idle, and perhaps by another thread that polls it: later than
+/// the first error that comes of it. Who made a mistake can wait for the answer.
+fn loss_is_reported(device: &wgpu::Device, lost: &AtomicBool) -> bool {
+    let begin = Instant::now();
+    while !lost.load(Ordering::Acquire) {
+        if begin.elapsed() > LOSS_IS_TOLD {
+            return false;
+        }
+        drop(device.poll(wgpu::PollType::wait_indefinitely()));
+        thread::sleep(Duration::from_millis(5));
+    }
+    true
 }
 
 impl Drop for Handler {
     /// The handler holds the device that holds the handler.
     fn drop(&mut self) {
-        self.0.on_uncaptured_error(Arc::new(|error| panic!("the device refused: {error}")));
+        self.device.on_uncaptured_error(Arc::new(|error| panic!("the device refused: {error}")));
     }
 }
 

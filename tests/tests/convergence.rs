@@ -74,7 +74,9 @@ impl<'a> Reference<'a> {
 
     /// Mean light of the same pixels, over this many frames, relative to the exhaustive sum.
     fn ratio(&self, settings: &[(&str, &str)], frames: u32) -> f64 {
-        let request = request("hierarchical", settings, self.size);
+        // The exhaustive sum takes no light of the sky.
+        let settings = [settings, &[("sky_rays", "0")]].concat();
+        let request = request("hierarchical", &settings, self.size);
         let mut technique = self.session.technique_frames(&request, &self.scene_frames).unwrap();
         let (light, _) = technique.mean_over_frames("indirect", frames).unwrap();
         let sum: f64 = self.receivers.iter().map(|&r| f64::from(luminance(light[r]))).sum();

@@ -121,7 +121,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     let command = args.invocation(technique.name, &settings).to_string();
     let settings_line: Vec<String> = settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let mut frames = session.frames(&Request { technique, settings, size: args.size, seed: args.seed, direct })?;
-    print_warnings(&frames.plan().notes);
+    frames.plan().notes.iter().for_each(|note| terminal::note(format_args!("note: {note}")));
     // The first frame also compiles the pipelines; the last one is the one whose times count.
     frames.run(0)?;
     // Only a filter over frames needs those before the last.

@@ -46,7 +46,8 @@ pub fn open_scene(path: &Path) -> Result<Scene, Error> {
 
 fn load(files: &dyn FileSource, path: &Path) -> Result<Scene, Error> {
     // A bare name is a bundled scene, unless there is such a file.
-    let name = path.to_str().filter(|name| !path.is_file() && path.extension().is_none() && !name.contains(['/', '\\']));
+    let name =
+        path.to_str().filter(|name| !path.is_file() && path.extension().is_none() && !name.contains(['/', '\\']));
     let scene = match name {
         Some(name) => bundled::scene(name),
         None => load_scene(files, path),
@@ -220,11 +221,12 @@ impl<'a> Session<'a> {
         view.seed = seed;
         // Between two frames nothing changes unless the scene says so.
         view.continuity = Continuity::Static;
-        let recording = self.native.refusals(|| CompiledGraph::new(gpu, plan, externals)).map_err(|refused| {
-            Error::BadInput(format!(
-                "{refused}: make the image smaller, use fewer lights, or lower direct.shadow_map_size"
-            ))
-        })?;
+        let recording = self
+            .native
+            .refusals("make the image smaller, use fewer lights, or lower direct.shadow_map_size", || {
+                CompiledGraph::new(gpu, plan, externals)
+            })
+            .map_err(|refused| Error::BadInput(refused.to_string()))?;
         let motion = SceneMotion::new(self.scene, &self.buffers, &self.facts);
         Ok(Frames { gpu, timing: Timing::of(self.native), recording, view, motion })
     }

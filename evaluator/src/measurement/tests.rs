@@ -56,6 +56,7 @@ fn columns_come_in_the_documented_order() {
         "technique",
         "hierarchical.start_resolution",
         "hierarchical.levels",
+        "left_out",
         "frames",
         "time_ms_median",
         "time_ms_min",

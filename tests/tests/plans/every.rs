@@ -153,6 +153,13 @@ fn every_plan() -> Vec<FramePlan> {
                 .map(|weighting| plan(&polished, "hybrid", &[&values[..], &[("weighting", weighting)]].concat(), SIZE))
         }));
     }
+    let open = Scene { environment: Some(Environment::constant([1.0; 3])), ..scenes::court() };
+    for bounces in ["1", "2"] {
+        glossy.push(plan(&open, "hierarchical", &[("bounces", bounces)], SIZE));
+    }
+    for weighting in ["radiometric", "pattern"] {
+        glossy.push(plan(&open, "hybrid", &[("weighting", weighting)], SIZE));
+    }
     polished.lights = vec![scenes::sun()];
     polished.extra_cameras = vec![polished.camera; 2];
     polished.materials[1].receive_only = true;

@@ -108,11 +108,20 @@ fn each_need_adds_exactly_its_own() {
     );
     // What moves is drawn where it is; no channel says what it was, unless the temporal filter asks.
     check(move_first_mesh, &["scene.objects"], &[], ["gbuffer/gbuffer+animated", "shadow/shadow_map+animated", direct]);
-    // The sky shows; this technique does not know what is open to it.
+    // The sky shows, and its light is gathered through voxels.
     check(
         |scene| scene.environment = Some(Environment::constant([1.0; 3])),
-        &["scene.environment"],
-        &["sky"],
+        &[
+            "scene.environment",
+            "scene_grid",
+            "scene_cubes",
+            "scene.indices",
+            "gathered_from_sky",
+            "denoised_0",
+            "denoised_1",
+            "with_sky",
+        ],
+        &["sky", "scene_voxels", "gather_sky", "denoise_0", "denoise_1", "add_sky"],
         ["gbuffer/gbuffer", shadow, direct],
     );
     // A light or a camera that moves changes numbers and no plan.
@@ -315,11 +324,17 @@ fn the_memory_of_the_technique_is_what_its_textures_hold() {
 fn an_environment_adds_exactly_its_own() {
     let dark = scenes::court();
     let lit = Scene { environment: Some(Environment::constant([1.0; 3])), ..dark.clone() };
+    let sky = ["scene.environment", "scene_grid", "scene_cubes", "scene.indices"];
     for (technique, passes_added, resources_added, shader) in [
-        ("bitmask", &["sky"][..], &["scene.environment"][..], "bitmask/gather+light+ambient"),
-        ("horizon", &["sky"], &["scene.environment"], "horizon/gather+ambient"),
-        ("ray-march", &["sky"], &["scene.environment"], "ray-march/march+light+ambient"),
-        ("gtao", &["sky", "ambient", "composite"], &["scene.environment", "indirect", "final"], "gtao/gather"),
+        ("bitmask", &["sky", "scene_voxels"][..], &sky[..], "bitmask/gather+light+ambient"),
+        ("horizon", &["sky", "scene_voxels"], &sky, "horizon/gather+ambient"),
+        ("ray-march", &["sky", "scene_voxels"], &sky, "ray-march/march+light+ambient"),
+        (
+            "gtao",
+            &["sky", "scene_voxels", "ambient", "composite"],
+            &[&sky[..], &["indirect", "final"]].concat(),
+            "gtao/gather",
+        ),
     ] {
         let [before, after] = [&dark, &lit].map(|scene| plan(scene, technique, &[], SIZE));
         assert_eq!(added(&passes(&before), &passes(&after)), passes_added, "{technique}");

@@ -90,7 +90,7 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Vec<Entry>
                 if image.changed {
                     options.1 += 1;
                     if options.0.is_empty() {
-                        options.0 = format!("{location}: texture options are not supported; `{line}`");
+                        options.0 = format!("{location}: of the texture options only -s and -o are drawn: `{line}`");
                     }
                 }
                 let target = match keyword.as_ref() {
@@ -142,8 +142,8 @@ pub(super) fn read(reader: &mut Reader, path: &Path, bytes: &[u8]) -> Vec<Entry>
     }
     match options {
         (_, 0) => {}
-        (line, 1) => reader.warn(format!("{line} uses the image unchanged")),
-        (line, count) => reader.warn(format!("{line} and {} further lines use the image unchanged", count - 1)),
+        (line, 1) => reader.warn(format!("{line} has others")),
+        (line, count) => reader.warn(format!("{line} and {} further lines have others", count - 1)),
     }
     if !unused.is_empty() {
         reader.warn(format!("{}: lines that change the light are not used: {unused}", path.display()));

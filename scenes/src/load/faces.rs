@@ -21,7 +21,7 @@ pub(super) struct Faces {
     pub areas: Vec<f64>,
 }
 
-/// What [`derive`] found.
+/// What [`derive()`] found.
 pub(super) struct Derived {
     /// The material of each face, an index into the scene.
     pub materials: Vec<usize>,

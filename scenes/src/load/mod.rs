@@ -9,6 +9,7 @@ mod environment;
 mod faces;
 mod files;
 mod gltf;
+mod image_line;
 mod images;
 mod keyframes;
 pub mod keys;

@@ -101,7 +101,12 @@ impl Request<'_> {
         }
         let mut refused = None;
         let mut try_path = |path: PathBuf| match reader.files.read(&path) {
-            Ok(bytes) => Some((clean(&path), bytes)),
+            Ok(bytes) => {
+                // A backslash that stands for a folder is another spelling of the same file.
+                let turned = PathBuf::from(path.to_string_lossy().replace('\\', "/"));
+                let same = turned != path && reader.files.read(&turned).is_ok_and(|other| other == bytes);
+                Some((clean(if same { &turned } else { &path }), bytes))
+            }
             Err(error) => {
                 if error.kind() != io::ErrorKind::NotFound {
                     refused.get_or_insert(error);

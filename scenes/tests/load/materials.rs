@@ -87,9 +87,13 @@ fn images_are_loaded_once_with_row_0_on_top() {
     let rgba = [255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 255];
     assert_eq!(texture.rgba, rgba);
 
-    let twice = "newmtl m\nmap_Kd a.png\nnewmtl n\nmap_Kd ./a.png\n";
-    let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", twice.as_bytes()), ("a.png", &png)], "m.obj");
-    assert_eq!(scene.textures.len(), 1);
+    for twice in [
+        "newmtl m\nmap_Kd x/a.png\nnewmtl n\nmap_Kd ./x/a.png\n",
+        "newmtl m\nmap_Kd x/a.png\nnewmtl n\nmap_Kd x\\a.png\n",
+    ] {
+        let scene = load(&[("m.obj", obj.as_bytes()), ("m.mtl", twice.as_bytes()), ("x/a.png", &png)], "m.obj");
+        assert_eq!(scene.textures.len(), 1);
+    }
 }
 
 #[test]

@@ -8,11 +8,11 @@ use std::collections::BTreeMap;
 
 use ::gltf::animation::{Interpolation, Property};
 use ::gltf::json::validation::Checked;
-use glam::{DMat3, DMat4, DQuat, DVec3, EulerRot, Vec3};
+use glam::{DMat3, DMat4, DQuat, DVec3, EulerRot};
 
 use super::super::camera::View;
 use super::Source;
-use super::nodes::{Placed, local};
+use super::tree::{Placed, Pose, local};
 use crate::{Keyframe, Motion};
 
 /// Frames per second of an animation.
@@ -20,24 +20,6 @@ const RATE: f32 = 30.0;
 
 /// Last frame that is read: five minutes.
 const LAST: u32 = 9000;
-
-/// A node's transform in parts.
-#[derive(Clone, Copy)]
-pub(super) struct Pose {
-    pub translation: [f32; 3],
-    /// Quaternion, x y z w.
-    pub rotation: [f32; 4],
-    pub scale: [f32; 3],
-}
-
-impl Pose {
-    pub fn matrix(&self) -> DMat4 {
-        let rotation = DQuat::from_array(self.rotation.map(f64::from));
-        let rotation = if rotation.length_squared() > 1e-12 { rotation.normalize() } else { DQuat::IDENTITY };
-        let [scale, translation] = [self.scale, self.translation].map(|v| Vec3::from(v).as_dvec3());
-        DMat4::from_scale_rotation_translation(scale, rotation, translation)
-    }
-}
 
 /// The values of one property over time.
 struct Curve {

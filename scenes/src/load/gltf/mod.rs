@@ -9,6 +9,7 @@ mod animation;
 mod materials;
 mod nodes;
 mod primitives;
+mod tree;
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;

@@ -9,22 +9,11 @@ use glam::{DMat3, DMat4, DVec3, Vec3};
 
 use super::super::clean::{Fixes, cleaned};
 use super::super::{Model, Reader, camera, clamp, origin};
+use super::Source;
 use super::animation::Animation;
 use super::primitives::{self, Primitive};
-use super::{Source, animation};
+use super::tree::{Placed, placed};
 use crate::{Light, Mesh, Transform};
-
-/// A node with its ancestors.
-pub(super) struct Placed<'a> {
-    pub node: Node<'a>,
-    /// Index of its parent in the list.
-    pub parent: Option<usize>,
-    /// Its coordinates to those of the scene, in the rest pose.
-    pub to_world: DMat4,
-}
-
-/// Deepest nesting of nodes. Deeper files are damaged or made to harm.
-const DEEPEST: usize = 1000;
 
 /// Reads everything that the scene of the file shows, transformed.
 pub(super) fn model(reader: &mut Reader, source: &mut Source, transform: &Transform) -> Result<Model, String> {
@@ -102,45 +91,6 @@ fn matrix(transform: &Transform) -> DMat4 {
     let [scale, translate] = [transform.scale, transform.translate].map(|v| Vec3::from(v).as_dvec3());
     let rotation = crate::moves::rotation(transform.rotate_degrees).as_dquat().normalize();
     DMat4::from_scale_rotation_translation(scale, rotation, translate)
-}
-
-/// All nodes below the roots, parents first. A node that is reached twice counts once.
-fn placed<'a>(source: &mut Source, roots: Vec<Node<'a>>, to_world: DMat4) -> Result<Vec<Placed<'a>>, String> {
-    let mut seen = vec![false; source.document.nodes().len()];
-    let mut list: Vec<Placed> = Vec::new();
-    // Nodes to be added, the next one last, with their parents and depths.
-    let mut waiting: Vec<_> = roots.into_iter().rev().map(|node| (node, None, 0)).collect();
-    while let Some((node, parent, depth)) = waiting.pop() {
-        if depth > DEEPEST {
-            return Err(format!("has nodes nested more than {DEEPEST} deep; export the model again"));
-        }
-        if std::mem::replace(&mut seen[node.index()], true) {
-            source.notes.add("a node has several parents and is drawn for the first one only");
-            continue;
-        }
-        let before = parent.map_or(to_world, |parent: usize| list[parent].to_world);
-        let to_world = before * local(&node);
-        if !to_world.is_finite() {
-            return Err(format!("has a transform that is not finite at node {}; export the model again", node.index()));
-        }
-        let index = list.len();
-        let children: Vec<_> = node.children().collect();
-        waiting.extend(children.into_iter().rev().map(|child| (child, Some(index), depth + 1)));
-        list.push(Placed { node, parent, to_world });
-    }
-    Ok(list)
-}
-
-/// The node's own transform.
-pub(super) fn local(node: &Node) -> DMat4 {
-    match node.transform() {
-        ::gltf::scene::Transform::Matrix { matrix } => {
-            DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from)))
-        }
-        ::gltf::scene::Transform::Decomposed { translation, rotation, scale } => {
-            animation::Pose { translation, rotation, scale }.matrix()
-        }
-    }
 }
 
 /// What positions are relative to.

@@ -7,9 +7,10 @@ use std::rc::Rc;
 use glam::DVec3;
 
 use super::super::faces::{Faces, derive};
+use super::super::image_line::Mapping;
 use super::super::images::Pyramid;
 use super::super::keys::nearest_name;
-use super::super::mtl::{self, Entry, Mapping, Surface};
+use super::super::mtl::{self, Entry, Surface};
 use super::super::{Reader, reason, text};
 use super::parse::{Face, Parsed};
 use crate::Material;

@@ -155,7 +155,7 @@ fn print_warnings(warnings: &[String]) {
 /// The scene, by file or by the name of a bundled one.
 #[derive(Args)]
 struct SceneArgs {
-    /// Scene file (.toml), model, or name of a bundled scene: `evaluator list scenes` names them.
+    /// Scene file (.toml), model (.obj, .gltf, .glb), or name of a bundled scene: `evaluator list scenes` names them.
     #[arg(long, value_name = "FILE")]
     scene: PathBuf,
 }

@@ -7,7 +7,7 @@ use halflight_scenes::{MemoryFiles, Scene, SceneError, load_scene};
 /// Largest unpacked size of a zip, bytes. More does not fit into a browser's memory together with the loaded scene.
 const LARGEST_ZIP: u64 = 1 << 30;
 
-/// A scene from files that were dropped together: one `.obj` or scene `.toml`, with its materials and textures, or a
+/// A scene from files that were dropped together: one model or scene `.toml`, with its materials and textures, or a
 /// `.zip` of them.
 ///
 /// # Errors
@@ -21,16 +21,17 @@ pub fn dropped(files: Vec<(String, Vec<u8>)>) -> Result<Scene, SceneError> {
             all.push((name, bytes));
         }
     }
-    let of =
-        |wanted: &str| all.iter().map(|(name, _)| name.as_str()).filter(|name| extension(name) == wanted).collect();
-    let (scene_files, models): (Vec<&str>, Vec<&str>) = (of("toml"), of("obj"));
+    let of = |wanted: &[&str]| {
+        all.iter().map(|(name, _)| name.as_str()).filter(|name| wanted.contains(&extension(name).as_str())).collect()
+    };
+    let (scene_files, models): (Vec<&str>, Vec<&str>) = (of(&["toml"]), of(&["obj", "gltf", "glb"]));
     let path = match (scene_files.as_slice(), models.as_slice()) {
         ([one], _) | ([], [one]) => (*one).to_owned(),
         ([], []) => {
             let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).take(5).collect();
             return Err(SceneError(format!(
-                "the dropped files ({}) contain no .obj and no .toml scene file: drop the model together with its .mtl \
-                 and textures, or a .zip of them",
+                "the dropped files ({}) contain no model (.obj, .gltf, .glb) and no .toml scene file: drop the model \
+                 together with its materials and textures, or a .zip of them",
                 names.join(", ")
             )));
         }
@@ -124,7 +125,10 @@ mod tests {
     #[test]
     fn invalid_drops_are_reported_with_the_fix() {
         for (files, wanted) in [
-            (files(&[("picture.png", "")]), "the dropped files (picture.png) contain no .obj and no .toml"),
+            (
+                files(&[("picture.png", "")]),
+                "the dropped files (picture.png) contain no model (.obj, .gltf, .glb) and no .toml",
+            ),
             (files(&[("a.obj", OBJ), ("b.obj", OBJ)]), "a.obj and b.obj are several scenes: drop one"),
             (files(&[("broken.obj", "v 0 0 0\nf 1 2 9\n")]), "broken.obj:2"),
             (files(&[("a.zip", "no zip")]), "a.zip: not a readable zip"),

@@ -45,6 +45,8 @@ impl Set {
 fn cornell() -> Option<Set> {
     let folder = shared()?;
     let mut scene = load_scene(&DiskFiles, &folder.join("scenes/cornell/cornell.obj")).unwrap();
+    // The images have one light and no sky.
+    scene.environment = None;
     scene.camera =
         Camera { eye: [0.0, 1.0, 3.9], target: [0.0, 1.0, 0.0], vertical_fov_degrees: 39.3, ..Camera::default() };
     scene.lights = vec![Light::Spot {
@@ -60,6 +62,7 @@ fn cornell() -> Option<Set> {
 fn sponza() -> Option<Set> {
     let folder = shared()?;
     let mut scene = load_scene(&DiskFiles, &folder.join("scenes/sponza/sponza.obj")).unwrap();
+    scene.environment = None;
     scene.camera = Camera {
         eye: [-620.0, 150.0, -30.0],
         target: [500.0, 280.0, -30.0],

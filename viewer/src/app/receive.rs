@@ -78,7 +78,10 @@ impl Viewer {
     fn read_dropped(&mut self, _: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
         // A single model is opened from disk, where its materials are beside it.
         if let ([file], true) = (files.as_slice(), self.host.reads_disk())
-            && file.path().extension().is_some_and(|e| e.eq_ignore_ascii_case("obj") || e.eq_ignore_ascii_case("toml"))
+            && file
+                .path()
+                .extension()
+                .is_some_and(|e| ["obj", "gltf", "glb", "toml"].iter().any(|known| e.eq_ignore_ascii_case(known)))
             && !is_preset(file.bytes().as_deref().unwrap_or_default())
         {
             match halflight_scenes::load_scene(&halflight_scenes::DiskFiles, file.path()) {

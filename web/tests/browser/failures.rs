@@ -27,7 +27,7 @@ fn a_model_can_be_dropped_and_a_broken_one_is_reported() {
     page.screenshot(&target(), "broken-model");
 
     page.drop_files(&[("holiday.png", "")]);
-    page.wait("another message", |r| r["messages"].to_string().contains("no .obj and no .toml"));
+    page.wait("another message", |r| r["messages"].to_string().contains("no model (.obj, .gltf, .glb) and no .toml"));
 }
 
 #[test]

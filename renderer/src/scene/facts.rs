@@ -4,8 +4,8 @@ use halflight_scenes::{Camera, Scene, SceneNeeds};
 
 use super::{
     EmittingTriangle, Extent, ShadowLayer,
+    bounds::diagonal,
     emitters::emitting_triangles,
-    focus::diagonal,
     shadow::{far_shadow_layers, shadow_layers},
 };
 

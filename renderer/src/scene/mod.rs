@@ -1,5 +1,6 @@
 //! A scene on a device: buffers, shadow views, animation, and the facts that plans need.
 
+mod bounds;
 mod buffers;
 mod casters;
 mod emitters;

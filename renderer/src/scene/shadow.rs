@@ -4,8 +4,9 @@ use glam::{Mat4, Vec3, camera::rh::view::look_to_mat4};
 use halflight_scenes::{Light, Scene};
 
 use super::{
+    bounds::{Bounds, diagonal},
     casters::depth_range,
-    focus::{Bounds, Extent, diagonal},
+    focus::Extent,
 };
 use crate::scene::buffers::shadow_faces;
 

@@ -49,6 +49,17 @@ impl DeviceError {
     }
 }
 
+/// Why a device did not make something.
+#[derive(Debug, thiserror::Error)]
+pub enum Refusal {
+    /// The device was lost.
+    #[error("the device was lost: run again, with --resume for a grid")]
+    Lost,
+    /// It cannot hold what was asked for; what it said.
+    #[error("the device refused ({0})")]
+    Refused(String),
+}
+
 /// A device and what is known of the adapter behind it.
 pub struct NativeGpu {
     /// The device, as the renderer wants it.
@@ -103,8 +114,8 @@ impl NativeGpu {
     /// What `make` makes on the device. What a device can hold is not known before it is asked.
     ///
     /// # Errors
-    /// If the device refuses something, for example because it is too large: what it said, and `fix`. If it was lost.
-    pub fn refusals<T>(&self, fix: &str, make: impl FnOnce() -> T) -> Result<T, DeviceError> {
+    /// If the device refuses something, for example because it is too large, or was lost.
+    pub fn refusals<T>(&self, make: impl FnOnce() -> T) -> Result<T, Refusal> {
         let memory = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let limits = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let made = make();
@@ -114,10 +125,7 @@ impl NativeGpu {
             None => Ok(made),
             Some(error) => {
                 let said = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-                Err(DeviceError(match self.handler.was_lost() {
-                    true => "the device was lost; run again".into(),
-                    false => format!("the device refused ({said}): {fix}"),
-                }))
+                Err(if self.handler.was_lost() { Refusal::Lost } else { Refusal::Refused(said) })
             }
         }
     }

@@ -9,4 +9,4 @@ pub mod images;
 pub mod scene_hash;
 pub mod truth;
 
-pub use device::{AdapterChoice, DeviceError, NativeGpu, adapters};
+pub use device::{AdapterChoice, DeviceError, NativeGpu, Refusal, adapters};

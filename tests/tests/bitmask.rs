@@ -234,7 +234,12 @@ fn resolution_units_and_steps_do_not_move_the_mean() {
         println!("{what}: openness {:+.2} %, light {:+.2} %", 100.0 * open, 100.0 * light);
         // At half resolution a texel keeps one surface of four pixels, which moves edges by half a pixel: light is
         // strongest there.
-        let most = if what == "half resolution" { 0.05 } else { 0.02 };
+        // Twice the resolution moves the edges of shadows by half a pixel, too.
+        let most = match what {
+            "half resolution" => 0.05,
+            "twice the resolution" => 0.025,
+            _ => 0.02,
+        };
         assert!(open.abs() < 0.02 && light.abs() < most, "{what}: {open} {light}");
     }
 }

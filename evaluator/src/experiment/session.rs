@@ -10,7 +10,7 @@ use halflight_frame_graph::{
     non_finite::{NonFiniteCheck, ValueCounts},
 };
 use halflight_native::{
-    AdapterChoice, NativeGpu,
+    AdapterChoice, NativeGpu, Refusal,
     frames::{FrameTime, Timing, map, read_buffer, read_texture, run_frame},
     images::{Image, Rgb},
 };
@@ -221,12 +221,13 @@ impl<'a> Session<'a> {
         view.seed = seed;
         // Between two frames nothing changes unless the scene says so.
         view.continuity = Continuity::Static;
-        let recording = self
-            .native
-            .refusals("make the image smaller, use fewer lights, or lower direct.shadow_map_size", || {
-                CompiledGraph::new(gpu, plan, externals)
-            })
-            .map_err(|refused| Error::BadInput(refused.to_string()))?;
+        let recording =
+            self.native.refusals(|| CompiledGraph::new(gpu, plan, externals)).map_err(|refusal| match refusal {
+                Refusal::Lost => Error::Failed(refusal.to_string()),
+                Refusal::Refused(_) => Error::BadInput(format!(
+                    "{refusal}: make the image smaller, use fewer lights, or lower direct.shadow_map_size"
+                )),
+            })?;
         let motion = SceneMotion::new(self.scene, &self.buffers, &self.facts);
         Ok(Frames { gpu, timing: Timing::of(self.native), recording, view, motion })
     }

@@ -1,5 +1,6 @@
 // Environment light for techniques that find ambient visibility alone: the irradiance for the surface's normal times
-// ambient visibility, times the share of rays that no voxel of the scene stops: what is off the screen closes a room, too.
+// ambient visibility, but no more than the share of rays that no voxel of the scene stops: what is off the screen closes a
+// room, too. The smaller one counts and not the product, because both see the occluders on the screen.
 import package::common::environment::{IRRADIANCE, irradiance_factor};
 import package::common::hemisphere::cosine_direction;
 import package::common::math::spread2;
@@ -14,8 +15,8 @@ import package::scene_voxels::sees::{ray_end, sees_sky};
 @group(0) @binding(4) var indirect: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(5) var depth: texture_2d<f32>;
 
-/// Rays to the sky.
-const RAYS: u32 = 8u;
+/// Rays to the sky. The minimum takes their noise for occlusion: about 3 % of the light with 16 rays.
+const RAYS: u32 = 16u;
 const GOLDEN: f32 = 0.6180339887498949;
 
 @compute @workgroup_size(8, 8)
@@ -40,7 +41,7 @@ fn light(@builtin(global_invocation_id) id: vec3u) {
         for (var i = 0u; i < 9u; i++) {
             sum += irradiance_factor(i, world) * environment[IRRADIANCE + i].rgb;
         }
-        sum *= open * seen;
+        sum *= min(open, seen);
     }
     textureStore(indirect, id.xy, vec4f(max(sum, vec3f(0.0)), 1.0));
 }

@@ -62,6 +62,8 @@ override OVER_FRAMES: bool;
 @if(ambient && light) const AMBIENT_BITMASK: u32 = 2u;
 /// Directions of a slice in which the environment is looked up (Figure 7).
 @if(ambient && light) const DIRECTIONS: u32 = 4u;
+/// Directions that are tried to find an open one in a subregion. If only half of it is open, one in 256 is missed.
+@if(ambient && light) const TRIES: u32 = 8u;
 
 // The step jitter of successive slices of a pixel differs by the golden ratio.
 const GOLDEN: f32 = 0.6180339887498949;
@@ -215,8 +217,6 @@ fn outside(mask: Mask, receiver: Receiver, end_of_ray: RayEnd, slice: Slice, rou
     var begin = 0;
     for (var i = 0u; i < DIRECTIONS; i++) {
         let end_angle = slice.angle + PI * (f32(i + 1u) / f32(DIRECTIONS) - 0.5);
-        // Any direction of the subregion, so that no window lies between them.
-        let angle = end_angle - PI / f32(DIRECTIONS) * fract(chance + GOLDEN * f32(i));
         var scale = below;
         if end_angle > 0.0 {
             scale = above;
@@ -225,10 +225,25 @@ fn outside(mask: Mask, receiver: Receiver, end_of_ray: RayEnd, slice: Slice, rou
         end = select(end, i32(SECTORS), i + 1u == DIRECTIONS);
         let open = count_sectors(sectors(begin, end) & ~mask);
         begin = end;
+        if open <= 0.0 {
+            continue;
+        }
+        // Any open direction of the subregion, so that no window lies between them.
+        var angle = 0.0;
+        var is_open = false;
+        for (var k = 0u; k < TRIES && !is_open; k++) {
+            angle = end_angle - PI / f32(DIRECTIONS) * fract(chance + GOLDEN * f32(i * TRIES + k));
+            var own = below;
+            if angle > 0.0 {
+                own = above;
+            }
+            let sector = nearest_whole(sector_of(own, vec2f(cos(angle), abs(sin(angle)))));
+            is_open = count_sectors(sectors(sector, sector + 1) & ~mask) > 0.0;
+        }
         let direction = cos(angle) * receiver.to_eye + sin(angle) * slice.tangent;
         let world = (view.view_to_world * vec4f(direction, 0.0)).xyz;
         result.open += open;
-        if open <= 0.0 || !sees_sky(end_of_ray, world) {
+        if !is_open || !sees_sky(end_of_ray, world) {
             continue;
         }
         result.seen += open;

@@ -168,8 +168,12 @@ fn noisy_reference(row: &Measurement, asked: f32) -> Option<String> {
 }
 
 /// What to tell about a row whose technique leaves out the light of a whole kind of source. Light off the screen is in
-/// the column `left_out` alone, because every technique of screen space leaves it out.
+/// the column `left_out` alone, because every technique of screen space leaves it out. The baseline without indirect light
+/// needs no warning.
 fn left_out(row: &Measurement) -> Option<String> {
+    if row.technique == "none" {
+        return None;
+    }
     let kinds: Vec<_> =
         row.left_out.split(", ").filter(|kind| !kind.is_empty() && !kind.contains("off the screen")).collect();
     (!kinds.is_empty())

@@ -333,11 +333,15 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         near_field_distance,
     };
     let surfels: Vec<_> = levels.iter().map(|level| level.surfels).collect();
-    let sky = SkyGather { rays: parameters.sky_rays, over_frames: parameters.temporal_a > 0.0 };
-    let sky = if only.is_none_or(|only| only == 0) { sky.plan(plan, inputs, &levels[0], None) } else { None };
+    // After the lights, whose voxel grid it shares.
+    let gather_sky = |plan: &mut FramePlan| {
+        let gather = SkyGather { rays: parameters.sky_rays, over_frames: parameters.temporal_a > 0.0 };
+        if only.is_none_or(|only| only == 0) { gather.plan(plan, inputs, &levels[0]) } else { None }
+    };
     let interleaved = parameters.bounces == 2 && parameters.bounce_interleaving == Switch::On;
     let light = if interleaved && sources == Sources::Screen {
         let light = bounces::plan_interleaved(plan, inputs, &gather);
+        let sky = gather_sky(plan);
         with_sky(plan, levels[0].size, light, sky)
     } else {
         let first = match sources {
@@ -351,6 +355,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
                 lights::plan_light_from_lights(plan, inputs, &parameters, &levels[0], only, near)?
             }
         };
+        let sky = gather_sky(plan);
         let first = with_sky(plan, levels[0].size, first, sky);
         first.map(|first| bounces::plan_bounces(plan, inputs, &gather, first))
     };

@@ -235,7 +235,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let light = light.map(|light| open.map_or(light, |open| attenuated(plan, light, open, "indirect")));
     // Rays to the sky have their own test for occluders.
     let gather = SkyGather { rays: parameters.sky_rays, over_frames: parameters.over_frames() };
-    let sky = gather.plan(plan, inputs, level, voxels);
+    let sky = gather.plan(plan, inputs, level);
     let sky = sky.map(|sky| to_display(plan, inputs, &upsampling, level, sky, "sky"));
     let light = with_sky(plan, plan.display_size, light, sky);
     Ok(temporal_filter(plan, inputs, light, parameters.temporal_a))

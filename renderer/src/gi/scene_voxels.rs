@@ -79,6 +79,12 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
     SceneVoxels { grid, voxels: bits }
 }
 
+/// The grid that the plan has already; `None` if it has none.
+pub(super) fn planned_scene_voxels(plan: &FramePlan) -> Option<SceneVoxels> {
+    let find = |name: &str| plan.resources.iter().position(|resource| resource.name == name).map(ResourceId);
+    Some(SceneVoxels { grid: find("scene_grid")?, voxels: find("scene_cubes")? })
+}
+
 /// Whether the plan fills a voxel grid of the scene.
 pub fn has_scene_voxels(plan: &FramePlan) -> bool {
     plan.passes.iter().any(|pass| pass.shader.file() == fill::FILE)

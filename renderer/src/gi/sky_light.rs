@@ -6,7 +6,7 @@ use crate::gi::{
     Inputs,
     denoise::denoised,
     resolution::Level,
-    scene_voxels::{SceneVoxels, plan_scene_voxels},
+    scene_voxels::{SceneVoxels, plan_scene_voxels, planned_scene_voxels},
 };
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_shared_shaders::{
@@ -15,8 +15,7 @@ use halflight_shared_shaders::{
 };
 
 /// Voxels along the longest side of the scene, for rays to the sky. In a room of 10 m a voxel is 4 cm wide, small enough
-/// for a window. A ray costs one step a voxel. Voxels hide the sky along edges where surfaces meet: with half as many, a
-/// corner of two walls loses 6 % of its light instead of 3 %.
+/// for a window. A ray costs one step a voxel.
 const VOXELS: u32 = 256;
 /// Passes of the spatial filter after the gather.
 const DENOISE: u32 = 2;
@@ -30,11 +29,11 @@ pub struct Sky {
     pub voxels: SceneVoxels,
 }
 
-/// The sky, with `voxels` if the plan has a grid already; `None` if the scene has no environment.
-pub fn plan_sky(plan: &mut FramePlan, inputs: &Inputs, voxels: Option<SceneVoxels>) -> Option<Sky> {
+/// The sky, with the grid that the plan has already or a new one; `None` if the scene has no environment.
+pub fn plan_sky(plan: &mut FramePlan, inputs: &Inputs) -> Option<Sky> {
     let scene = inputs.scene.filter(|scene| scene.needs.environment)?;
     let environment = plan.scene_buffer("scene.environment", "environment light");
-    let voxels = voxels.unwrap_or_else(|| plan_scene_voxels(plan, scene, VOXELS));
+    let voxels = planned_scene_voxels(plan).unwrap_or_else(|| plan_scene_voxels(plan, scene, VOXELS));
     Some(Sky { environment, voxels })
 }
 
@@ -48,18 +47,11 @@ pub struct SkyGather {
 
 impl SkyGather {
     /// Plans the gather at the resolution of `level`. `None` if the scene has no environment or there are no rays.
-    /// `voxels` is the grid that the plan already has.
-    pub fn plan(
-        &self,
-        plan: &mut FramePlan,
-        inputs: &Inputs,
-        level: &Level,
-        voxels: Option<SceneVoxels>,
-    ) -> Option<ResourceId> {
+    pub fn plan(&self, plan: &mut FramePlan, inputs: &Inputs, level: &Level) -> Option<ResourceId> {
         if self.rays == 0 {
             return None;
         }
-        let Sky { environment, voxels } = plan_sky(plan, inputs, voxels)?;
+        let Sky { environment, voxels } = plan_sky(plan, inputs)?;
         let gathered = plan.texture("gathered_from_sky", level.size, Format::Rgba32Float, "light of the sky");
         let run = Gather {
             surfels: level.surfels,

@@ -60,7 +60,7 @@ impl SliceGather {
         gather: impl FnOnce(SliceInputs) -> Call<ResourceId>,
     ) -> Option<ResourceId> {
         let lit = self.finds == Finds::Light;
-        let sky = if lit { plan_sky(plan, inputs, None) } else { None };
+        let sky = if lit { plan_sky(plan, inputs) } else { None };
         let (level, planes) = surfels_and_planes(plan, inputs, 1 << self.resolution as u32);
         let level = &level;
         // Between gather and upsampling light is packed into the surfels that both passes read: half the fetches.
@@ -91,7 +91,7 @@ impl SliceGather {
         let open = to_display(plan, inputs, &upsampling, level, found, "ambient_occlusion");
         plan.outputs.insert("ambient_occlusion", open);
         plan.attributes.insert("ambient_occlusion.radius", self.radius);
-        plan_sky(plan, inputs, None).map(|Sky { environment, voxels }| {
+        plan_sky(plan, inputs).map(|Sky { environment, voxels }| {
             let size = plan.display_size;
             let indirect =
                 plan.texture("indirect", size, Format::Rgba32Float, "environment light times ambient visibility");

@@ -9,7 +9,8 @@
 //! Surfaces are two-sided Lambert reflectors. Their interpolated shading normals face the incoming ray. Alpha-masked
 //! parts with an alpha below 0.5 are absent. At each vertex all delta lights are sampled, and one point on an emitter or,
 //! if it is uneven, on the sky (next-event estimation). The ray that continues the path may find the same light; the
-//! balance heuristic weights both (Veach 1997, Section 9.2.2). Emitters send light from both sides. Paths of a weight below 0.1 end by Russian roulette, which is unbiased.
+//! balance heuristic weights both (Veach 1997, Section 9.2.2). Emitters send light from both sides.
+//! Paths of a weight below 0.1 end by Russian roulette, which is unbiased.
 //! Rays that leave the scene see the environment: it counts as light of that bounce, and as seen on the screen. The sky
 //! is part of `direct`. `receive_only` materials receive light and send none to other surfaces. Mirror lobes (Ks, Ns)
 //! count in `glossy` only, at the surface that the eye sees.

@@ -207,13 +207,7 @@ pub(super) fn texture(reader: &mut Reader, request: &Request) -> Option<usize> {
         request.repeat(reader, &path);
         return known;
     }
-    let decoded = match found {
-        Ok(bytes) => request.decode(reader, &path, bytes),
-        Err(error) => {
-            request.report(reader, &path, &missing(&error));
-            None
-        }
-    };
+    let decoded = decoded(reader, request, &path, found);
     let name = tidy(Path::new(request.name()));
     let index = match decoded {
         Some(image) => Some(add(reader, &image, &path, name, role)),
@@ -225,6 +219,22 @@ pub(super) fn texture(reader: &mut Reader, request: &Request) -> Option<usize> {
     };
     reader.found.textures.insert((path, role), index);
     index
+}
+
+/// The image of a file that was found; `None` if it is missing or broken, which gives a warning.
+fn decoded(
+    reader: &mut Reader,
+    request: &Request,
+    path: &str,
+    found: io::Result<Option<Vec<u8>>>,
+) -> Option<image::DynamicImage> {
+    match found {
+        Ok(bytes) => request.decode(reader, path, bytes),
+        Err(error) => {
+            request.report(reader, path, &missing(&error));
+            None
+        }
+    }
 }
 
 /// Adds an image as a texture, unless the same image in the other role serves.
@@ -253,13 +263,7 @@ pub(super) fn emission(reader: &mut Reader, request: &Request) -> Option<Rc<Pyra
         request.repeat(reader, &path);
         return known;
     }
-    let decoded = match found {
-        Ok(bytes) => request.decode(reader, &path, bytes),
-        Err(error) => {
-            request.report(reader, &path, &missing(&error));
-            None
-        }
-    };
+    let decoded = decoded(reader, request, &path, found);
     let pyramid = decoded.map(|image| Rc::new(Pyramid::new(&image)));
     reader.found.emissions.insert(path, pyramid.clone());
     pyramid

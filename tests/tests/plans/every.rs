@@ -157,6 +157,8 @@ fn every_plan() -> Vec<FramePlan> {
     for bounces in ["1", "2"] {
         glossy.push(plan(&open, "hierarchical", &[("bounces", bounces)], SIZE));
     }
+    // One voxel grid serves the lights and the sky.
+    glossy.push(plan(&open, "hierarchical", &[("sources", "both")], SIZE));
     for weighting in ["radiometric", "pattern"] {
         glossy.push(plan(&open, "hybrid", &[("weighting", weighting)], SIZE));
     }

@@ -167,7 +167,7 @@ fn stated_errors_hold_for_rare_light() {
             (value - expected).abs() <= 2.0 * error
         })
         .count();
-    // 95 % are expected. Fewer than 29 of 32 (90 %) would be found by chance in one of 14 choices of seeds; these pass.
+    // 95 % are expected. Fewer than 29 of 32, that is 90 %, would occur by chance in one of 14 choices of seeds.
     assert!(within >= 29, "{within} of 32 seeds within two standard errors");
 }
 

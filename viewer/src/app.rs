@@ -179,11 +179,6 @@ impl Viewer {
         self.inbox.lock().unwrap_or_else(PoisonError::into_inner).push(Ok(files));
     }
 
-    /// Destroys the device, to test how the page recovers.
-    pub fn lose_device(&self) {
-        self.gpu.device.destroy();
-    }
-
     /// Starts to read an output of side A by name.
     pub fn read_output(&self, name: &str) -> Option<TextureReading> {
         let texture = self.sides[0].as_ref()?.output(name)?;

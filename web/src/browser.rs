@@ -93,12 +93,6 @@ pub fn go_to(address: &str) {
     with(|viewer| viewer.go_to(address));
 }
 
-/// Destroys the device, to test the recovery.
-#[wasm_bindgen]
-pub fn lose_device() {
-    with(|viewer| viewer.lose_device());
-}
-
 /// An output of side A, for example `indirect`: four numbers per pixel, rows from top to bottom; empty if there is no
 /// such output.
 #[wasm_bindgen]

@@ -232,6 +232,11 @@ impl Page {
         answer["result"]["value"].take()
     }
 
+    /// Ends the browser's GPU process, as a crash of the driver does: every device of the page is lost.
+    pub fn crash_gpu_process(&mut self) {
+        self.send("", "Browser.crashGpuProcess", &json!({}));
+    }
+
     /// The report of the viewer; null before it runs.
     pub fn report(&mut self) -> Value {
         let text = self.evaluate("window.halflight ? window.halflight.report() : ''");

@@ -42,8 +42,7 @@ fn a_lost_device_comes_back() {
          new MutationObserver(() => titles.push(document.getElementById('title').textContent))
              .observe(document.getElementById('title'), { childList: true })",
     );
-    // Not inside this call: an answer must not depend on a device that is gone.
-    page.evaluate("setTimeout(halflight.lose_device); true");
+    page.crash_gpu_process();
     page.wait_for("titles.includes('The graphics device was lost')");
     page.wait_for("titles.at(-1) === 'Loading…' && document.getElementById('message').hidden");
     let report = page.wait("Cornell again", settled);

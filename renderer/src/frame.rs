@@ -178,11 +178,12 @@ fn plan_scene_for(
 ) -> Result<(FramePlan, ScenePart), SettingsError> {
     let mut plan = FramePlan::new(size);
     let scene = SceneResources {
-        vertices: plan.external("scene.vertices", "the scene's geometry"),
-        materials: plan.external("scene.materials", "the scene's materials"),
+        vertices: plan.scene_buffer("scene.vertices", "the scene's geometry"),
+        materials: plan.scene_buffer("scene.materials", "the scene's materials"),
         texels: (facts.needs.textured || facts.needs.alpha_tested)
-            .then(|| plan.external("scene.texels", "materials with textures")),
-        objects: (facts.needs.moving_objects > 0).then(|| plan.external("scene.objects", "objects are animated")),
+            .then(|| plan.scene_buffer("scene.texels", "materials with textures")),
+        objects: (facts.needs.moving_objects > 0)
+            .then(|| plan.changing_scene_buffer("scene.objects", "objects are animated")),
     };
     let looked_up = LookedUp {
         glossy: facts.needs.glossy && needs.glossy_material,

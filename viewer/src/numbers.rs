@@ -67,7 +67,7 @@ pub fn memory(ui: &mut Ui, plan: &FramePlan, scene_bytes: u64) {
     ));
     ScrollArea::horizontal().id_salt("memory").show(ui, |ui| {
         Grid::new("memory").num_columns(3).striped(true).show(ui, |ui| {
-            for resource in plan.resources.iter().filter(|r| !matches!(r.kind, ResourceKind::External)) {
+            for resource in plan.resources.iter().filter(|r| !matches!(r.kind, ResourceKind::External { .. })) {
                 ui.label(&resource.name).on_hover_text(&resource.reason);
                 ui.label(RichText::new(bytes_in_words(resource.bytes())).monospace());
                 ui.label(RichText::new(resource.kind.to_string()).weak());

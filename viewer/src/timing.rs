@@ -7,7 +7,7 @@ use std::{
     task::{Context, Poll, Waker},
 };
 
-use halflight_frame_graph::{CompiledGraph, Gpu, Part, Pass};
+use halflight_frame_graph::{CompiledGraph, Gpu, Part, Pass, When};
 use web_time::Instant;
 
 /// Number of measurements of a pass that its median is taken over.
@@ -69,7 +69,10 @@ impl Times {
     pub fn new(graph: &CompiledGraph) -> Self {
         let pass = |pass: &Pass| (pass.name.clone(), pass.part, VecDeque::new());
         let passes = &graph.plan().passes;
-        Self { passes: passes.iter().map(pass).collect(), once: passes.iter().map(|pass| pass.once).collect() }
+        Self {
+            passes: passes.iter().map(pass).collect(),
+            once: graph.plan().schedule().iter().map(|when| *when == When::Once).collect(),
+        }
     }
 
     /// Adds a measurement of a pass, milliseconds.

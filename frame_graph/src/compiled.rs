@@ -10,7 +10,7 @@ use halflight_shared_shaders::BindingKind;
 
 use crate::{
     Gpu, View,
-    plan::{Dependencies, Dependency, FramePlan, Handle, Pass, Resource, ResourceId, ResourceKind},
+    plan::{Cause, Dependencies, Dependency, FramePlan, Handle, Pass, Resource, ResourceId, ResourceKind},
     uniform,
 };
 
@@ -19,7 +19,7 @@ mod make;
 mod record;
 mod timer;
 
-pub use frame_state::{Cause, Changed};
+pub use frame_state::Changed;
 pub use timer::PassTime;
 
 use frame_state::{FrameState, adopt_histories, resolve_history};

@@ -10,7 +10,7 @@ mod dependencies;
 mod display;
 
 pub(crate) use dependencies::Dependencies;
-pub use dependencies::{Dependency, When};
+pub use dependencies::{Cause, Dependency, When};
 pub use display::bytes_in_words;
 
 /// A texture or buffer of a plan, by its index in [`FramePlan::resources`].

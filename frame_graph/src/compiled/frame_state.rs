@@ -3,7 +3,7 @@
 use super::CompiledGraph;
 use crate::{
     View,
-    plan::{Dependencies, Dependency, FramePlan, Handle, Resource, ResourceId, ResourceKind},
+    plan::{Cause, Dependencies, Dependency, FramePlan, Handle, Resource, ResourceId, ResourceKind},
 };
 
 /// What the caller has changed since the last frame. The graph itself sees changes of the view, of settings
@@ -15,21 +15,6 @@ pub enum Changed<'a> {
     Anything,
     /// Nothing but the state behind these handles.
     Only(&'a [Handle]),
-}
-
-/// Why a pass ran in a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
-    /// It had not run before.
-    First,
-    /// This has changed.
-    Changed(Dependency),
-    /// Its uniform block or a buffer of the plan has new numbers.
-    Numbers,
-    /// It was recorded for a measurement, outside of a frame.
-    Repeated,
-    /// The pass of this index ran, whose results it reads or continues.
-    Pass(usize),
 }
 
 /// The state of a compiled graph between frames.

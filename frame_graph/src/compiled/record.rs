@@ -4,8 +4,8 @@ use std::sync::MutexGuard;
 
 use halflight_shared_shaders::BindingKind;
 
-use super::{Cause, Changed, CompiledGraph, ReadyPass, Triangles, frame_state::FrameState, timer::Timer};
-use crate::{Gpu, View};
+use super::{Changed, CompiledGraph, ReadyPass, Triangles, frame_state::FrameState, timer::Timer};
+use crate::{Gpu, View, plan::Cause};
 
 impl CompiledGraph {
     /// Records the passes of a frame that are due. `changed` is what the caller has changed since the last frame.

@@ -9,7 +9,6 @@ use halflight_shared_shaders::BindingKind;
 use serde::Serialize;
 
 use super::{FramePlan, Handle, Pass, ResourceId, ResourceKind, Work};
-use crate::compiled::Cause;
 
 /// Something outside a plan that the results of its passes depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -74,6 +73,21 @@ impl fmt::Display for When {
     }
 }
 
+/// Why a pass ran in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// It had not run before.
+    First,
+    /// This has changed.
+    Changed(Dependency),
+    /// Its uniform block or a buffer of the plan has new numbers.
+    Numbers,
+    /// It was recorded for a measurement, outside of a frame.
+    Repeated,
+    /// The pass of this index ran, whose results it reads or continues.
+    Pass(usize),
+}
+
 /// A texture, one layer of it, or a buffer.
 type Place = (ResourceId, Option<u32>);
 
@@ -96,7 +110,8 @@ impl Dependencies {
         }
         let mut direct: Vec<_> = plan.passes.iter().map(|pass| direct(plan, pass)).collect();
         for (pass, read) in reads.iter().enumerate() {
-            let written = |passes: &[Vec<Place>], id: ResourceId| passes.iter().flatten().any(|&(other, _)| other == id);
+            let written =
+                |passes: &[Vec<Place>], id: ResourceId| passes.iter().flatten().any(|&(other, _)| other == id);
             // Nothing has written it yet in this frame.
             if read.iter().any(|&id| written(&writes[pass..], id) && !written(&writes[..pass], id)) {
                 direct[pass].insert(Dependency::History);

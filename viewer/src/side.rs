@@ -2,7 +2,7 @@
 
 use eframe::egui::Context;
 use halflight_frame_graph::{
-    Changed, CompiledGraph, Continuity, Externals, FramePlan, Gpu, Part, ResourceKind, non_finite::ValueCounts,
+    Cause, Changed, CompiledGraph, Continuity, Externals, FramePlan, Gpu, Part, ResourceKind, non_finite::ValueCounts,
 };
 use halflight_renderer::{
     parameters::SettingsError,
@@ -376,6 +376,19 @@ impl Side {
     /// Whether a frame depends on earlier frames.
     fn has_history(&self) -> bool {
         self.graph.plan().has_history()
+    }
+
+    /// Why each pass ran in the last frame; `None` for passes that did not run.
+    pub fn causes(&self) -> Vec<Option<String>> {
+        let passes = &self.graph.plan().passes;
+        let text = |cause: Cause| match cause {
+            Cause::First => "it had not run before".to_owned(),
+            Cause::Changed(dependency) => format!("{dependency} changed"),
+            Cause::Numbers => "a setting changed".to_owned(),
+            Cause::Repeated => "it was measured".to_owned(),
+            Cause::Pass(other) => format!("{} ran", passes[other].name),
+        };
+        self.graph.causes().into_iter().map(|cause| cause.map(text)).collect()
     }
 
     /// Whether a round of repetitions runs.

@@ -282,3 +282,108 @@ impl FramePlan {
         all.into_iter().map(when).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use halflight_shared_shaders::{Call, composite::Composite, reflective_shadow_maps::keep, sky::Sky};
+    use wgpu::TextureFormat as Format;
+
+    use super::*;
+    use crate::plan::Part;
+
+    const SIZE: [u32; 2] = [4, 4];
+
+    fn texture(plan: &mut FramePlan, name: &str) -> ResourceId {
+        plan.texture(name, SIZE, Format::Rgba32Float, "test")
+    }
+
+    /// A pass that reads two textures and writes one. `overwrites` tells whether it replaces all of it.
+    fn pass(plan: &mut FramePlan, name: &str, reads: [ResourceId; 2], writes: ResourceId, overwrites: bool) {
+        let composite = Composite {
+            direct: reads[0],
+            albedo: reads[1],
+            indirect: reads[0],
+            final_image: writes,
+            float16: false,
+            glossy: None,
+            transmitted: None,
+        };
+        let pass = plan.pass(Part::Technique, name, composite);
+        if overwrites { pass.overwrites(writes) } else { pass }.over(SIZE);
+    }
+
+    /// Names of the passes that run with this one.
+    fn with(plan: &FramePlan, first: &str) -> Vec<String> {
+        let index = plan.passes.iter().position(|pass| pass.name == first).expect("a pass");
+        let mut due = vec![None; plan.passes.len()];
+        due[index] = Some(Cause::First);
+        Dependencies::of(plan).spread(&mut due, &mut vec![index]);
+        plan.passes.iter().zip(due).filter(|(_, due)| due.is_some()).map(|(pass, _)| pass.name.clone()).collect()
+    }
+
+    #[test]
+    fn readers_follow_writers_and_not_the_other_way() {
+        let mut plan = FramePlan::new(SIZE);
+        let [given, a, b] = ["given", "a", "b"].map(|name| texture(&mut plan, name));
+        pass(&mut plan, "first", [given; 2], a, false);
+        pass(&mut plan, "second", [a; 2], b, false);
+        assert_eq!(with(&plan, "first"), ["first", "second"]);
+        assert_eq!(with(&plan, "second"), ["second"], "its input is still there");
+    }
+
+    #[test]
+    fn passes_that_write_into_the_same_contents_run_together() {
+        let mut plan = FramePlan::new(SIZE);
+        let [given, a, b] = ["given", "a", "b"].map(|name| texture(&mut plan, name));
+        pass(&mut plan, "first", [given; 2], a, false);
+        pass(&mut plan, "between", [a; 2], b, false);
+        // Writes where there is no surface.
+        let environment = plan.scene_buffer("scene.environment", "test");
+        plan.pass(Part::Direct, "sky", Sky { depth: given, environment, direct: a }).over(SIZE);
+        let all = ["first", "between", "sky"];
+        assert_eq!(with(&plan, "first"), all);
+        assert_eq!(with(&plan, "between"), all, "the contents that it read have been written over");
+        assert_eq!(with(&plan, "sky"), all);
+    }
+
+    #[test]
+    fn contents_that_are_replaced_are_made_again_for_their_own_readers() {
+        let mut plan = FramePlan::new(SIZE);
+        let [given, scratch, b, c] = ["given", "scratch", "b", "c"].map(|name| texture(&mut plan, name));
+        for (number, result) in [(0, b), (1, c)] {
+            pass(&mut plan, &format!("draw_{number}"), [given; 2], scratch, true);
+            pass(&mut plan, &format!("use_{number}"), [scratch; 2], result, false);
+        }
+        assert_eq!(with(&plan, "draw_0"), ["draw_0", "use_0"]);
+        assert_eq!(with(&plan, "use_0"), ["draw_0", "use_0"]);
+        assert_eq!(with(&plan, "use_1"), ["draw_1", "use_1"], "the first pass may have run alone before");
+        // A caller who reads the texture after a frame expects its last contents.
+        plan.outputs.insert("image", scratch);
+        assert_eq!(with(&plan, "draw_0"), ["draw_0", "use_0", "draw_1", "use_1"]);
+    }
+
+    #[test]
+    fn parts_of_a_buffer_are_independent() {
+        let mut plan = FramePlan::new(SIZE);
+        let [rsm_position, light] = ["position", "light"].map(|name| texture(&mut plan, name));
+        let light_pyramid = plan.buffer("parts", 64, "test");
+        for index in 0..2 {
+            let params = keep::Params { first: index };
+            let call: Call<ResourceId> = keep::Keep { rsm_position, light, light_pyramid, params }.into();
+            plan.pass(Part::Technique, format!("keep_{index}"), call).writes_part(light_pyramid, index).over(SIZE);
+        }
+        assert_eq!(with(&plan, "keep_0"), ["keep_0"]);
+        plan.passes[1].parts.clear();
+        assert_eq!(with(&plan, "keep_0"), ["keep_0", "keep_1"], "one of them may write all of it");
+    }
+
+    #[test]
+    fn what_is_read_before_it_is_written_comes_from_the_previous_frame() {
+        let mut plan = FramePlan::new(SIZE);
+        let [given, a, b] = ["given", "a", "b"].map(|name| texture(&mut plan, name));
+        pass(&mut plan, "reads", [a; 2], b, false);
+        pass(&mut plan, "writes", [given; 2], a, false);
+        assert_eq!(plan.schedule()[0], When::EveryFrame(Dependency::History));
+        assert_eq!(plan.schedule()[1], When::Once);
+    }
+}

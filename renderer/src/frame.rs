@@ -295,7 +295,20 @@ fn plan_indirect_from(
     if let Some(scene) = inputs.scene {
         plan.notes.extend(technique.left_out(settings, &scene.needs)?);
     }
-    let Some(indirect) = (technique.plan)(plan, inputs, settings)? else {
+    let takes_light = match inputs.scene {
+        Some(scene) => (technique.sources)(settings)?.takes_any(&scene.needs),
+        // The caller's direct light may come from anywhere.
+        None => true,
+    };
+    let mut planned = plan.clone();
+    let indirect = (technique.plan)(&mut planned, inputs, settings)?;
+    let finds = takes_light || planned.outputs.contains_key("ambient_occlusion");
+    if !finds && indirect.is_some() {
+        plan.notes.push(format!("{} plans no pass, because the scene has no light that it takes", technique.name));
+    } else {
+        *plan = planned;
+    }
+    let Some(indirect) = indirect.filter(|_| finds) else {
         // Without indirect light the final image is the direct light.
         plan.outputs.insert("final", shown);
         return Ok(());

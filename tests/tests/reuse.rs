@@ -215,3 +215,25 @@ fn a_plan_says_when_each_pass_runs() {
     let shadow = when(&motion, "none", "shadow_0").to_string();
     assert_eq!(shadow, "when this changes: light_view 0, scene.objects");
 }
+
+#[test]
+fn nothing_is_planned_where_no_light_is_taken() {
+    let scene = bundled("bars_sky");
+    let facts = SceneFacts::of(&scene);
+    let plan = |technique, settings: &Settings| {
+        plan_frame(&facts, known(technique), settings, SIZE, Default::default()).unwrap()
+    };
+    let of_technique = |plan: &FramePlan| plan.passes.iter().filter(|pass| pass.part == Part::Technique).count();
+    for technique in ["hierarchical", "ssdo", "rsm", "exhaustive"] {
+        let dark = plan(technique, &Settings::new());
+        assert_eq!(of_technique(&dark), 0, "{technique}");
+        assert_eq!(dark.outputs["final"], dark.outputs["direct"]);
+        let reason = format!("{technique} plans no pass, because the scene has no light that it takes");
+        assert!(dark.notes.contains(&reason), "{:?}", dark.notes);
+    }
+    assert!(of_technique(&plan("hierarchical", &settings("hierarchical", &[("sky_rays", "1")]))) > 3);
+    // Ambient visibility needs no light.
+    for technique in ["gtao", "ssao"] {
+        assert!(of_technique(&plan(technique, &Settings::new())) > 0, "{technique}");
+    }
+}

@@ -136,28 +136,23 @@ impl MembersRead {
         while let Some(function) = functions.pop() {
             let is_variable =
                 |base| matches!(function.expressions[base], Expression::GlobalVariable(own) if own == variable);
-            let mut other_uses = 0;
             for (_, expression) in function.expressions.iter() {
                 match *expression {
                     Expression::AccessIndex { base, index } if is_variable(base) => {
                         members.insert(index);
                     }
-                    Expression::Load { pointer } if is_variable(pointer) => other_uses += 1,
+                    // A copy of the whole struct. A pointer to it cannot be passed to a function.
+                    Expression::Load { pointer } if is_variable(pointer) => return Self::All,
                     _ => {}
                 }
             }
             visit_statements(&function.body, &mut |statement| {
-                if let Statement::Call { function: called, arguments, .. } = statement {
-                    // A pointer to the whole struct.
-                    other_uses += arguments.iter().filter(|&&argument| is_variable(argument)).count();
-                    if known.insert(*called) {
-                        functions.push(&module.functions[*called]);
-                    }
+                if let Statement::Call { function: called, .. } = statement
+                    && known.insert(*called)
+                {
+                    functions.push(&module.functions[*called]);
                 }
             });
-            if other_uses > 0 {
-                return Self::All;
-            }
         }
         Self::These(members)
     }

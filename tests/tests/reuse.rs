@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use halflight_frame_graph::{
-    Cause, Changed, CompiledGraph, Continuity, Dependency, Externals, FramePlan, Handle, When,
+    Cause, Changed, CompiledGraph, Continuity, Dependency, Externals, FramePlan, Handle, Part, When,
 };
 use halflight_native::frames::read_texture;
 use halflight_renderer::{

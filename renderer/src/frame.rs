@@ -52,6 +52,13 @@ pub fn plan_frame(
     size: [u32; 2],
     direct: DirectSource,
 ) -> Result<FramePlan, SettingsError> {
+    let unlit;
+    let facts = if takes_light(technique, settings, Some(facts))? {
+        facts
+    } else {
+        unlit = facts.without_senders();
+        &unlit
+    };
     let follows = facts.needs.moving_objects > 0 && follows_objects(facts, technique, settings, size)?;
     let needs = (technique.needs)(settings)?;
     let (mut plan, ScenePart { gbuffer, scene, shadow }) =
@@ -283,6 +290,11 @@ pub fn plan_indirect(
     plan_indirect_from(plan, technique, settings, inputs, inputs.direct)
 }
 
+/// Whether a technique takes some light of a scene. Without facts about a scene, the light may come from anywhere.
+fn takes_light(technique: &Technique, settings: &Settings, facts: Option<&SceneFacts>) -> Result<bool, SettingsError> {
+    facts.map_or(Ok(true), |facts| Ok((technique.sources)(settings)?.takes_any(&facts.needs)))
+}
+
 /// As [`plan_indirect`], if the source of indirect light (`inputs.direct`) is not all of the visible direct light.
 fn plan_indirect_from(
     plan: &mut FramePlan,
@@ -295,14 +307,9 @@ fn plan_indirect_from(
     if let Some(scene) = inputs.scene {
         plan.notes.extend(technique.left_out(settings, &scene.needs)?);
     }
-    let takes_light = match inputs.scene {
-        Some(scene) => (technique.sources)(settings)?.takes_any(&scene.needs),
-        // The caller's direct light may come from anywhere.
-        None => true,
-    };
     let mut planned = plan.clone();
     let indirect = (technique.plan)(&mut planned, inputs, settings)?;
-    let finds = takes_light || planned.outputs.contains_key("ambient_occlusion");
+    let finds = takes_light(technique, settings, inputs.scene)? || planned.outputs.contains_key("ambient_occlusion");
     if !finds && indirect.is_some() {
         plan.notes.push(format!("{} plans no pass, because the scene has no light that it takes", technique.name));
     } else {

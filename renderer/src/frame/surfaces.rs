@@ -105,7 +105,7 @@ pub(super) fn plan_direct(
     let size = plan.display_size;
     let direct = plan.texture("direct", size, Format::Rgba32Float, "the source of indirect light");
     let needs = &facts.needs;
-    let lights = needs.directional_lights + needs.spot_lights + needs.point_lights;
+    let lights = needs.lights;
     let lit = shadow.map(|Shadows { maps, entries }| direct_light::Lit {
         albedo: gbuffer.albedo,
         lights: plan.changing_scene_buffer("scene.lights", "the scene's lights"),

@@ -54,9 +54,8 @@ impl LightSources {
     /// Kinds of light that a scene with these needs has: how much of them is taken, and names of all of it and of the part
     /// off the screen.
     fn present(self, needs: &SceneNeeds) -> impl Iterator<Item = (Reach, [&'static str; 2])> {
-        let lamps = needs.directional_lights + needs.spot_lights + needs.point_lights > 0;
         let kinds = [
-            (lamps, self.lamps, ["lamps", "lamps off the screen"]),
+            (needs.lights > 0, self.lamps, ["lamps", "lamps off the screen"]),
             (needs.emitters, self.emitters, ["emitters", "emitters off the screen"]),
             (needs.environment, self.sky, ["the sky", "the sky off the screen"]),
         ];
@@ -118,7 +117,7 @@ mod tests {
 
     #[test]
     fn only_light_that_a_scene_has_is_left_out() {
-        let all = SceneNeeds { point_lights: 1, emitters: true, environment: true, ..SceneNeeds::default() };
+        let all = SceneNeeds { lights: 1, emitters: true, environment: true, ..SceneNeeds::default() };
         assert_eq!(LightSources::NONE.left_out(&all), ["lamps", "emitters", "the sky"]);
         assert_eq!(LightSources::SCREEN.left_out(&all), ["lamps off the screen", "emitters off the screen", "the sky"]);
         let everything = LightSources { lamps: Reach::Scene, emitters: Reach::Scene, sky: Reach::Scene };

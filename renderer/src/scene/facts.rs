@@ -78,6 +78,12 @@ impl SceneFacts {
         self.far_shadow_layers = far_shadow_layers(&lights, &extent, scene);
     }
 
+    /// These facts for a technique that takes no light: it does not matter which surfaces send some.
+    pub fn without_senders(&self) -> Self {
+        let needs = SceneNeeds { receive_only: false, ..self.needs };
+        Self { needs, receive_only: Vec::new(), ..self.clone() }
+    }
+
     /// Whether some mesh is animated.
     pub fn animated(&self) -> bool {
         self.needs.moving_objects > 0

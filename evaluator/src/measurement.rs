@@ -43,8 +43,17 @@ pub struct Measurement {
     pub time_ms_min: f64,
     /// The same, 95th percentile, ms.
     pub time_ms_p95: f64,
+    /// The same where only the frame number has changed: median, ms.
+    #[serde(default)]
+    pub time_ms_static: Option<f64>,
+    /// Passes that run once, in the first frame, ms; empty if there are none.
+    #[serde(default)]
+    pub first_frame_ms: Option<f64>,
     /// Everything in the frame: median, ms.
     pub frame_ms_median: f64,
+    /// The same where only the frame number has changed: median, ms.
+    #[serde(default)]
+    pub frame_ms_static: Option<f64>,
     /// Median per pass, ms, in frame order; key `gather` is the column `pass_gather_ms`.
     #[serde(flatten, with = "pass_columns")]
     pub pass_ms: Map<String, Value>,

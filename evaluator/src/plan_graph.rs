@@ -37,7 +37,7 @@ impl Thread<'_> {
         let kind = self.resource.kind.to_string();
         let size = kind.split(' ').next().unwrap_or_default().replace('x', "×");
         let bytes = match self.resource.kind {
-            ResourceKind::External => String::new(),
+            ResourceKind::External { .. } => String::new(),
             _ => bytes_in_words(self.resource.bytes()),
         };
         [self.resource.name.clone(), size, bytes]

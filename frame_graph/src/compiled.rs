@@ -10,17 +10,19 @@ use halflight_shared_shaders::BindingKind;
 
 use crate::{
     Gpu, View,
-    plan::{FramePlan, Handle, Pass, Resource, ResourceId, ResourceKind},
+    plan::{Cause, Dependencies, Dependency, FramePlan, Handle, Pass, Resource, ResourceId, ResourceKind},
     uniform,
 };
 
-mod history_state;
+mod frame_state;
 mod make;
+mod record;
 mod timer;
 
+pub use frame_state::Changed;
 pub use timer::PassTime;
 
-use history_state::{HistoryState, adopt_histories, resolve_history};
+use frame_state::{FrameState, adopt_histories, resolve_history};
 use make::{Maker, make_buffer, make_texture};
 use timer::Timer;
 
@@ -65,7 +67,10 @@ pub struct CompiledGraph {
     view_layout: Option<&'static BindingKind>,
     /// The uniform block `previous`, one per view, and its layout; `None` if no pass reads the previous frame.
     previous: Option<(Vec<wgpu::Buffer>, &'static BindingKind)>,
-    history_state: Mutex<HistoryState>,
+    dependencies: Dependencies,
+    frame_state: Mutex<FrameState>,
+    /// The contents of the buffers that depend on handles, as last written.
+    written: Mutex<Vec<Option<Vec<u8>>>>,
     timer: Option<Timer>,
 }
 
@@ -94,14 +99,6 @@ struct ReadyDraw {
     pipeline: wgpu::RenderPipeline,
     group: Option<wgpu::BindGroup>,
     triangles: Option<Triangles>,
-}
-
-fn draw(pass: &mut wgpu::RenderPass, triangles: Option<&Triangles>) {
-    let Some(Triangles { indices, ranges }) = triangles else { return };
-    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-    for range in ranges {
-        pass.draw_indexed(range.clone(), 0, 0..1);
-    }
 }
 
 impl CompiledGraph {
@@ -134,16 +131,17 @@ impl CompiledGraph {
                     Some(make_texture(gpu, &resource.name, size, layers, format))
                 }
                 ResourceKind::Previous { size, format, .. } => Some(make_texture(gpu, &resource.name, size, 1, format)),
-                ResourceKind::External => externals.textures.get(resource.name.as_str()).cloned(),
+                ResourceKind::External { .. } => externals.textures.get(resource.name.as_str()).cloned(),
                 ResourceKind::Data { .. } | ResourceKind::Buffer { .. } => None,
             })
             .collect();
-        let mut history_state = HistoryState::default();
+        let mut frame_state = FrameState::new(plan.passes.len());
         if let Some(old) = old {
             let adopted = adopt_histories(&plan, &mut textures, old);
             // Either all histories are kept or none: with one missing, the previous frame is not what passes expect.
             if adopted {
-                history_state = HistoryState { static_frames: 0, prepared: false, ..*old.history_state() };
+                let old = old.frame_state();
+                (frame_state.last, frame_state.ping_pong) = (old.last, old.ping_pong);
             }
         }
         let data: Vec<_> = plan
@@ -168,7 +166,7 @@ impl CompiledGraph {
                     usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
                     mapped_at_creation: false,
                 })),
-                (ResourceKind::External, Some(scene)) => scene.buffer(gpu, &resource.name),
+                (ResourceKind::External { .. }, Some(scene)) => scene.buffer(gpu, &resource.name),
                 _ => data.clone(),
             })
             .collect();
@@ -202,7 +200,9 @@ impl CompiledGraph {
             params,
             view_layout,
             previous,
-            history_state: Mutex::new(history_state),
+            dependencies: Dependencies::of(&plan),
+            frame_state: Mutex::new(frame_state),
+            written: Mutex::new(plan.resources.iter().map(|resource| handle_contents(&resource.kind)).collect()),
             timer: Timer::new(gpu, plan.passes.len()),
             plan,
             textures,
@@ -217,18 +217,20 @@ impl CompiledGraph {
         if !same_but_for_numbers(&self.plan, plan) {
             return false;
         }
-        for ((old, new), buffer) in self.plan.passes.iter().zip(&plan.passes).zip(&self.params) {
-            if let (true, Some(buffer), Some(block)) = (old.params != new.params, buffer, params_block(new)) {
+        let mut state = self.frame_state.lock().unwrap_or_else(PoisonError::into_inner);
+        for (index, (old, new)) in self.plan.passes.iter().zip(&plan.passes).enumerate() {
+            if let (true, Some(buffer), Some(block)) =
+                (old.params != new.params, &self.params[index], params_block(new))
+            {
                 gpu.queue.write_buffer(buffer, 0, &block);
+                state.mark(index, Cause::Numbers);
             }
         }
-        for ((old, new), buffer) in self.plan.resources.iter().zip(&plan.resources).zip(&self.buffers) {
-            if let (true, ResourceKind::Data { bytes, .. }, Some(buffer)) = (old.kind != new.kind, &new.kind, buffer) {
-                gpu.queue.write_buffer(buffer, 0, bytes);
+        drop(state);
+        for (index, (old, new)) in self.plan.resources.iter().zip(&plan.resources).enumerate() {
+            if let (true, ResourceKind::Data { bytes, .. }) = (old.kind != new.kind, &new.kind) {
+                self.write_data(gpu, ResourceId(index), bytes);
             }
-        }
-        if once_passes_change(&self.plan, plan) {
-            self.history_state().prepared = false;
         }
         self.plan.clone_from(plan);
         true
@@ -256,32 +258,55 @@ impl CompiledGraph {
 
     /// A texture of the plan after the last frame. A history returns another texture after every frame.
     pub fn texture(&self, id: ResourceId) -> Option<&wgpu::Texture> {
-        self.textures[resolve_history(&self.plan, id, self.history_state().ping_pong).0].as_ref()
+        self.textures[resolve_history(&self.plan, id, self.frame_state().ping_pong).0].as_ref()
     }
 
     /// The view of the last recorded frame.
     pub fn last_view(&self) -> Option<View> {
-        self.history_state().last
+        self.frame_state().last
     }
 
     /// Invalidates the history: the next frame starts as after a cut.
     pub fn reset_history(&self) {
-        let mut history_state = self.history_state();
-        (history_state.last, history_state.static_frames) = (None, 0);
+        let mut state = self.frame_state();
+        (state.last, state.static_frames) = (None, 0);
     }
 
     /// Writes the buffers that depend on handles. `contents` returns the new bytes of a handle, as many as before.
     /// Every pass that reads such a buffer uses them in the next frame.
     pub fn write_changed(&self, gpu: &Gpu, mut contents: impl FnMut(Handle) -> Vec<u8>) {
-        for (resource, buffer) in self.plan.resources.iter().zip(&self.buffers) {
-            if let (ResourceKind::Data { handle: Some(handle), .. }, Some(buffer)) = (&resource.kind, buffer) {
-                gpu.queue.write_buffer(buffer, 0, &contents(*handle));
+        for (index, resource) in self.plan.resources.iter().enumerate() {
+            if let ResourceKind::Data { handle: Some(handle), .. } = resource.kind {
+                self.write_data(gpu, ResourceId(index), &contents(handle));
             }
         }
     }
 
-    fn history_state(&self) -> MutexGuard<'_, HistoryState> {
-        self.history_state.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Writes a buffer of the plan, unless it has these contents. The passes that read it run in the next frame.
+    fn write_data(&self, gpu: &Gpu, id: ResourceId, bytes: &[u8]) {
+        let Some(buffer) = &self.buffers[id.0] else { return };
+        let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = &mut written[id.0];
+        if known.as_deref() == Some(bytes) {
+            return;
+        }
+        *known = Some(bytes.to_vec());
+        gpu.queue.write_buffer(buffer, 0, bytes);
+        let mut state = self.frame_state();
+        for (index, pass) in self.plan.passes.iter().enumerate() {
+            if let Some(cause) = reads_data(&self.plan, pass, id) {
+                state.mark(index, cause);
+            }
+        }
+    }
+
+    fn frame_state(&self) -> MutexGuard<'_, FrameState> {
+        self.frame_state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Why each pass ran in the last frame; `None` for passes that did not run.
+    pub fn causes(&self) -> Vec<Option<Cause>> {
+        self.frame_state().ran.clone()
     }
 
     /// A buffer of the plan.
@@ -292,140 +317,6 @@ impl CompiledGraph {
     /// A result of the plan by name, for example `indirect`.
     pub fn output(&self, name: &str) -> Option<&wgpu::Texture> {
         self.plan.outputs.get(name).and_then(|&id| self.texture(id))
-    }
-
-    /// Records one frame. Nothing is allocated.
-    pub fn record(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, view: &View) {
-        let ping_pong = self.begin_frame(gpu, view);
-        let prepared = std::mem::replace(&mut self.history_state().prepared, true);
-        for index in 0..self.passes.len() {
-            self.record_pass(encoder, index, ping_pong, self.timer.as_ref(), prepared);
-        }
-        if let Some(timer) = &self.timer {
-            encoder.resolve_query_set(&timer.queries, 0..2 * self.passes.len() as u32, &timer.resolved, 0);
-            encoder.copy_buffer_to_buffer(&timer.resolved, 0, &timer.readable, 0, timer.resolved.size());
-        }
-    }
-
-    /// Records one command buffer per pass, to measure them by the CPU's clock if the device's timestamps are not
-    /// reliable.
-    pub fn record_apart(&self, gpu: &Gpu, view: &View) -> Vec<wgpu::CommandBuffer> {
-        let ping_pong = self.begin_frame(gpu, view);
-        let prepared = std::mem::replace(&mut self.history_state().prepared, true);
-        (0..self.passes.len())
-            .map(|index| {
-                let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                self.record_pass(&mut encoder, index, ping_pong, None, prepared);
-                encoder.finish()
-            })
-            .collect()
-    }
-
-    /// Records one pass several times without timestamps, to measure its cost if timestamps are missing or coarse. Uses
-    /// the view of the last frame.
-    pub fn record_repeated(&self, encoder: &mut wgpu::CommandEncoder, pass: usize, times: u32) {
-        let ping_pong = self.history_state().ping_pong;
-        for _ in 0..times {
-            self.record_pass(encoder, pass, ping_pong, None, false);
-        }
-    }
-
-    /// Writes the uniform blocks of the frame's view and of the previous frame. Returns the ping-pong index of the
-    /// histories.
-    fn begin_frame(&self, gpu: &Gpu, view: &View) -> usize {
-        if let Some(BindingKind::Uniform { size, members }) = self.view_layout {
-            gpu.queue.write_buffer(&self.views[0], 0, &view.pack(*size, members));
-            for (other, buffer) in self.plan.views.iter().zip(&self.views[1..]) {
-                gpu.queue.write_buffer(buffer, 0, &view.of_planned(other).pack(*size, members));
-            }
-        }
-        let mut history_state = self.history_state();
-        let before = history_state.last.filter(|before| view.continues(before));
-        let still = before.is_some_and(|before| view.is_static_since(&before));
-        history_state.static_frames = if still { history_state.static_frames.saturating_add(1) } else { 0 };
-        if let Some((buffers, BindingKind::Uniform { size, members })) = &self.previous {
-            let block = view.pack_previous(before.as_ref(), history_state.static_frames, *size, members);
-            gpu.queue.write_buffer(&buffers[0], 0, &block);
-            for (other, buffer) in self.plan.views.iter().zip(&buffers[1..]) {
-                // Additional views are static. If there is a previous frame, it was seen from the same position.
-                let own = view.of_planned(other);
-                let block = own.pack_previous(before.map(|_| &own), history_state.static_frames, *size, members);
-                gpu.queue.write_buffer(buffer, 0, &block);
-            }
-        }
-        history_state.last = Some(*view);
-        history_state.ping_pong = 1 - history_state.ping_pong;
-        history_state.ping_pong
-    }
-
-    fn record_pass(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        index: usize,
-        ping_pong: usize,
-        timer: Option<&Timer>,
-        prepared: bool,
-    ) {
-        // A pass that runs once leaves an empty pass, for its timestamps.
-        let idle = prepared && self.plan.passes[index].once;
-        let label = Some(self.plan.passes[index].name.as_str());
-        let query = 2 * index as u32;
-        for buffer in self.plan.passes[index].cleared.iter().filter_map(|&id| self.buffer(id)).filter(|_| !idle) {
-            encoder.clear_buffer(buffer, 0, None);
-        }
-        let timestamps = timer.map(|timer| wgpu::RenderPassTimestampWrites {
-            query_set: &timer.queries,
-            beginning_of_pass_write_index: Some(query),
-            end_of_pass_write_index: Some(query + 1),
-        });
-        let compute = wgpu::ComputePassDescriptor {
-            label,
-            timestamp_writes: timer.map(|timer| wgpu::ComputePassTimestampWrites {
-                query_set: &timer.queries,
-                beginning_of_pass_write_index: Some(query),
-                end_of_pass_write_index: Some(query + 1),
-            }),
-        };
-        if idle {
-            drop(encoder.begin_compute_pass(&compute));
-            return;
-        }
-        match &self.passes[index] {
-            ReadyPass::Compute { pipeline, groups, workgroups } => {
-                let mut pass = encoder.begin_compute_pass(&compute);
-                pass.set_pipeline(pipeline);
-                pass.set_bind_group(0, &groups[ping_pong], &[]);
-                pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);
-            }
-            ReadyPass::Draw { draws, colors, depth } => {
-                let attachments: Vec<_> = colors
-                    .iter()
-                    .map(|view| {
-                        Some(wgpu::RenderPassColorAttachment {
-                            view,
-                            depth_slice: None,
-                            resolve_target: None,
-                            ops: wgpu::Operations {
-                                load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                                store: wgpu::StoreOp::Store,
-                            },
-                        })
-                    })
-                    .collect();
-                let mut pass = render_pass(encoder, label, &attachments, (depth, wgpu::StoreOp::Store), timestamps);
-                for ready in draws {
-                    pass.set_pipeline(&ready.pipeline);
-                    pass.set_bind_group(0, &ready.group, &[]);
-                    draw(&mut pass, ready.triangles.as_ref());
-                }
-            }
-            ReadyPass::Voxelize { pipeline, group, target, triangles } => {
-                let mut pass = render_pass(encoder, label, &[], (target, wgpu::StoreOp::Discard), timestamps);
-                pass.set_pipeline(pipeline);
-                pass.set_bind_group(0, group, &[]);
-                draw(&mut pass, triangles.as_ref());
-            }
-        }
     }
 
     /// The buffer to map after a frame to read its times; `None` if the device has no timestamps.
@@ -445,33 +336,22 @@ fn params_block(pass: &Pass) -> Option<Vec<u8>> {
     Some(uniform::pack(*size, members, &pass.params, &pass.name))
 }
 
-/// Begins a render pass with cleared targets. `store` tells whether its depth is kept.
-fn render_pass<'a>(
-    encoder: &'a mut wgpu::CommandEncoder,
-    label: Option<&str>,
-    color_attachments: &[Option<wgpu::RenderPassColorAttachment>],
-    (depth, store): (&wgpu::TextureView, wgpu::StoreOp),
-    timestamp_writes: Option<wgpu::RenderPassTimestampWrites>,
-) -> wgpu::RenderPass<'a> {
-    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label,
-        color_attachments,
-        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-            view: depth,
-            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store }),
-            stencil_ops: None,
-        }),
-        timestamp_writes,
-        occlusion_query_set: None,
-        multiview_mask: None,
-    })
+/// The contents of a buffer that depends on a handle.
+fn handle_contents(kind: &ResourceKind) -> Option<Vec<u8>> {
+    match kind {
+        ResourceKind::Data { bytes, handle: Some(_) } => Some(bytes.clone()),
+        _ => None,
+    }
 }
 
-/// Whether numbers differ that a pass reads which runs once.
-fn once_passes_change(old: &FramePlan, new: &FramePlan) -> bool {
-    let changed = |id: &ResourceId| old.resources[id.0].kind != new.resources[id.0].kind;
-    let mut passes = old.passes.iter().zip(&new.passes).filter(|(old, _)| old.once);
-    passes.any(|(old, new)| old.params != new.params || new.bindings.iter().any(|(_, id)| changed(id)))
+/// Why a pass runs after a buffer of the plan has changed; `None` if it does not read the buffer.
+fn reads_data(plan: &FramePlan, pass: &Pass, id: ResourceId) -> Option<Cause> {
+    let handle = match plan.resources[id.0].kind {
+        ResourceKind::Data { handle, .. } => handle,
+        _ => None,
+    };
+    let cause = handle.map_or(Cause::Numbers, |handle| Cause::Changed(Dependency::Handle(handle)));
+    pass.bindings.iter().any(|&(_, bound)| bound == id).then_some(cause)
 }
 
 fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {

@@ -11,10 +11,10 @@ mod plan;
 pub mod uniform;
 mod view;
 
-pub use compiled::{CompiledGraph, Externals, PassTime, Provider, Triangles};
+pub use compiled::{Changed, CompiledGraph, Externals, PassTime, Provider, Triangles};
 pub use gpu::Gpu;
 pub use plan::{
-    Draw, FramePlan, Handle, History, Part, Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Work,
-    bytes_in_words,
+    Cause, Dependency, Draw, FramePlan, Handle, History, Part, Pass, PassBuilder, PlannedView, Resource, ResourceId,
+    ResourceKind, When, Work, bytes_in_words,
 };
 pub use view::{Continuity, View};

@@ -6,8 +6,11 @@ use glam::Mat4;
 use halflight_shared_shaders::{BindingKind, Call, Shader, UniformValue};
 use serde::Serialize;
 
+mod dependencies;
 mod display;
 
+pub(crate) use dependencies::Dependencies;
+pub use dependencies::{Cause, Dependency, When};
 pub use display::bytes_in_words;
 
 /// A texture or buffer of a plan, by its index in [`FramePlan::resources`].
@@ -22,6 +25,16 @@ pub struct Handle {
     pub kind: &'static str,
     /// Index among its kind.
     pub index: u32,
+}
+
+impl Handle {
+    /// Index of the only handle of its kind.
+    pub const ONLY: u32 = u32::MAX;
+
+    /// The only handle of this kind. Resources of the caller have one, with their name as its kind.
+    pub const fn only(kind: &'static str) -> Self {
+        Self { kind, index: Self::ONLY }
+    }
 }
 
 /// Kind of a resource.
@@ -51,7 +64,10 @@ pub enum ResourceKind {
         size: u64,
     },
     /// Provided by the caller: a texture of another program, or a buffer of the scene.
-    External,
+    External {
+        /// What the contents depend on; `None` if they never change.
+        handle: Option<Handle>,
+    },
     /// The contents of a texture of the plan at the end of the previous frame. The two textures swap roles after every
     /// frame; nothing is copied.
     Previous {
@@ -105,7 +121,7 @@ impl Resource {
             }
             ResourceKind::Data { bytes, .. } => bytes.len() as u64,
             ResourceKind::Buffer { size } => *size,
-            ResourceKind::External => 0,
+            ResourceKind::External { .. } => 0,
         }
     }
 }
@@ -201,8 +217,12 @@ pub struct Pass {
     pub cleared: Vec<ResourceId>,
     /// What runs.
     pub work: Work,
-    /// Whether its results are the same in every frame. It then runs in the first frame only.
-    pub once: bool,
+    /// Buffers and textures of which the pass writes only one part, with the index of the part.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<(ResourceId, u32)>,
+    /// Textures that the pass writes completely, so that nothing of their earlier contents is left.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub overwrites: Vec<ResourceId>,
     /// Part of the frame.
     pub part: Part,
     /// Index in [`FramePlan::views`] of the view that it renders; `None` for the display's.
@@ -213,6 +233,14 @@ pub struct Pass {
 }
 
 impl Pass {
+    /// Whether nothing of the earlier contents of a resource is left after the pass.
+    fn starts_anew(&self, id: ResourceId) -> bool {
+        match &self.work {
+            Work::Draw { targets, depth, .. } => targets.contains(&id) || depth.0 == id,
+            _ => self.overwrites.contains(&id),
+        }
+    }
+
     /// Resources that the pass reads, then those that it writes.
     pub fn reads_and_writes(&self) -> (Vec<ResourceId>, Vec<ResourceId>) {
         let shader = self.shader;
@@ -370,13 +398,19 @@ impl FramePlan {
         self.resource(name, ResourceKind::Buffer { size }, reason)
     }
 
-    /// Adds a resource that the caller provides under this name.
-    pub fn external(&mut self, name: impl Into<String>, reason: impl Into<String>) -> ResourceId {
-        self.resource(name, ResourceKind::External, reason)
+    /// Adds a resource that the caller provides under this name and may change between frames (see [`Handle::only`]).
+    pub fn external(&mut self, name: &'static str, reason: impl Into<String>) -> ResourceId {
+        self.resource(name, ResourceKind::External { handle: Some(Handle::only(name)) }, reason)
     }
 
-    /// A buffer of the scene by its name, for example `scene.indices`, added if no pass has used it yet.
+    /// A buffer of the scene that never changes, for example `scene.indices`, added if no pass has used it yet.
     pub fn scene_buffer(&mut self, name: &str, reason: &str) -> ResourceId {
+        let known = self.resources.iter().position(|resource| resource.name == name);
+        known.map_or_else(|| self.resource(name, ResourceKind::External { handle: None }, reason), ResourceId)
+    }
+
+    /// As [`FramePlan::scene_buffer`], for a buffer that may change between frames, for example `scene.lights`.
+    pub fn changing_scene_buffer(&mut self, name: &'static str, reason: &str) -> ResourceId {
         let known = self.resources.iter().position(|resource| resource.name == name);
         known.map_or_else(|| self.external(name, reason), ResourceId)
     }
@@ -404,7 +438,8 @@ impl FramePlan {
                 params,
                 cleared: Vec::new(),
                 work,
-                once: false,
+                parts: Vec::new(),
+                overwrites: Vec::new(),
                 part,
                 view,
                 reason: String::new(),
@@ -444,10 +479,15 @@ impl PassBuilder<'_> {
         self
     }
 
-    /// Runs the pass in the first frame only, because its inputs never change. Its time is that of the first frame, and
-    /// medians over frames leave it out.
-    pub fn once(mut self, once: bool) -> Self {
-        self.pass.once = once;
+    /// Declares that the pass writes one part of a buffer or texture, which no pass with another `index` writes.
+    pub fn writes_part(mut self, id: ResourceId, index: u32) -> Self {
+        self.pass.parts.push((id, index));
+        self
+    }
+
+    /// Declares that the pass writes a texture completely.
+    pub fn overwrites(mut self, id: ResourceId) -> Self {
+        self.pass.overwrites.push(id);
         self
     }
 

@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use halflight_frame_graph::{CompiledGraph, Gpu, PassTime, View};
+use halflight_frame_graph::{Changed, CompiledGraph, Gpu, PassTime, View};
 
 use crate::{DeviceError, NativeGpu};
 
 /// Times of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameTime {
-    /// Passes in order.
+    /// Passes in order; 0 for those that were not due, or next to it.
     pub passes: Vec<PassTime>,
     /// From submission until the device was done, by the computer's clock, milliseconds.
     pub wall_milliseconds: f64,
@@ -32,20 +32,26 @@ impl Timing {
     }
 }
 
-/// Runs one frame and waits for it.
+/// Runs one frame and waits for it. `changed` is what the caller has changed since the last frame.
 ///
 /// # Errors
 /// Where the device was lost.
-pub fn run_frame(gpu: &Gpu, recording: &CompiledGraph, view: &View, timing: Timing) -> Result<FrameTime, DeviceError> {
+pub fn run_frame(
+    gpu: &Gpu,
+    recording: &CompiledGraph,
+    view: &View,
+    timing: Timing,
+    changed: Changed,
+) -> Result<FrameTime, DeviceError> {
     match timing {
-        Timing::Timestamps => run_whole(gpu, recording, view),
-        Timing::Clock => run_apart(gpu, recording, view),
+        Timing::Timestamps => run_whole(gpu, recording, view, changed),
+        Timing::Clock => run_apart(gpu, recording, view, changed),
     }
 }
 
-fn run_whole(gpu: &Gpu, recording: &CompiledGraph, view: &View) -> Result<FrameTime, DeviceError> {
+fn run_whole(gpu: &Gpu, recording: &CompiledGraph, view: &View, changed: Changed) -> Result<FrameTime, DeviceError> {
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-    recording.record(gpu, &mut encoder, view);
+    recording.record(gpu, &mut encoder, view, changed);
     let commands = encoder.finish();
     let start = Instant::now();
     gpu.queue.submit([commands]);
@@ -58,15 +64,20 @@ fn run_whole(gpu: &Gpu, recording: &CompiledGraph, view: &View) -> Result<FrameT
     Ok(FrameTime { passes, wall_milliseconds })
 }
 
-fn run_apart(gpu: &Gpu, recording: &CompiledGraph, view: &View) -> Result<FrameTime, DeviceError> {
-    let commands = recording.record_apart(gpu, view);
+fn run_apart(gpu: &Gpu, recording: &CompiledGraph, view: &View, changed: Changed) -> Result<FrameTime, DeviceError> {
+    let commands = recording.record_apart(gpu, view, changed);
     let start = Instant::now();
     let mut passes = Vec::with_capacity(commands.len());
     for (planned, commands) in recording.plan().passes.iter().zip(commands) {
         let begin = Instant::now();
-        gpu.queue.submit([commands]);
-        wait(gpu)?;
-        let milliseconds = begin.elapsed().as_secs_f64() * 1e3;
+        let milliseconds = match commands {
+            Some(commands) => {
+                gpu.queue.submit([commands]);
+                wait(gpu)?;
+                begin.elapsed().as_secs_f64() * 1e3
+            }
+            None => 0.0,
+        };
         passes.push(PassTime { name: planned.name.clone(), part: planned.part, milliseconds });
     }
     Ok(FrameTime { passes, wall_milliseconds: start.elapsed().as_secs_f64() * 1e3 })

@@ -52,6 +52,13 @@ pub fn plan_frame(
     size: [u32; 2],
     direct: DirectSource,
 ) -> Result<FramePlan, SettingsError> {
+    let unlit;
+    let facts = if takes_light(technique, settings, Some(facts))? {
+        facts
+    } else {
+        unlit = facts.without_senders();
+        &unlit
+    };
     let follows = facts.needs.moving_objects > 0 && follows_objects(facts, technique, settings, size)?;
     let needs = (technique.needs)(settings)?;
     let (mut plan, ScenePart { gbuffer, scene, shadow }) =
@@ -178,11 +185,12 @@ fn plan_scene_for(
 ) -> Result<(FramePlan, ScenePart), SettingsError> {
     let mut plan = FramePlan::new(size);
     let scene = SceneResources {
-        vertices: plan.external("scene.vertices", "the scene's geometry"),
-        materials: plan.external("scene.materials", "the scene's materials"),
+        vertices: plan.scene_buffer("scene.vertices", "the scene's geometry"),
+        materials: plan.scene_buffer("scene.materials", "the scene's materials"),
         texels: (facts.needs.textured || facts.needs.alpha_tested)
-            .then(|| plan.external("scene.texels", "materials with textures")),
-        objects: (facts.needs.moving_objects > 0).then(|| plan.external("scene.objects", "objects are animated")),
+            .then(|| plan.scene_buffer("scene.texels", "materials with textures")),
+        objects: (facts.needs.moving_objects > 0)
+            .then(|| plan.changing_scene_buffer("scene.objects", "objects are animated")),
     };
     let looked_up = LookedUp {
         glossy: facts.needs.glossy && needs.glossy_material,
@@ -282,6 +290,11 @@ pub fn plan_indirect(
     plan_indirect_from(plan, technique, settings, inputs, inputs.direct)
 }
 
+/// Whether a technique takes some light of a scene. Without facts about a scene, the light may come from anywhere.
+fn takes_light(technique: &Technique, settings: &Settings, facts: Option<&SceneFacts>) -> Result<bool, SettingsError> {
+    facts.map_or(Ok(true), |facts| Ok((technique.sources)(settings)?.takes_any(&facts.needs)))
+}
+
 /// As [`plan_indirect`], if the source of indirect light (`inputs.direct`) is not all of the visible direct light.
 fn plan_indirect_from(
     plan: &mut FramePlan,
@@ -294,7 +307,15 @@ fn plan_indirect_from(
     if let Some(scene) = inputs.scene {
         plan.notes.extend(technique.left_out(settings, &scene.needs)?);
     }
-    let Some(indirect) = (technique.plan)(plan, inputs, settings)? else {
+    let mut planned = plan.clone();
+    let indirect = (technique.plan)(&mut planned, inputs, settings)?;
+    let finds = takes_light(technique, settings, inputs.scene)? || planned.outputs.contains_key("ambient_occlusion");
+    if !finds && indirect.is_some() {
+        plan.notes.push(format!("{} plans no pass, because the scene has no light that it takes", technique.name));
+    } else {
+        *plan = planned;
+    }
+    let Some(indirect) = indirect.filter(|_| finds) else {
         // Without indirect light the final image is the direct light.
         plan.outputs.insert("final", shown);
         return Ok(());

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::data::{Light, Mesh, Scene};
+use crate::data::{Mesh, Scene};
 
 /// What a scene requires of a frame. A plan contains a pass, a texture or a shader variant only if one of these facts
 /// or a setting requires it.
@@ -26,12 +26,8 @@ pub struct SceneNeeds {
     pub open_meshes: usize,
     /// Number of meshes with an alpha mask.
     pub alpha_masked_meshes: usize,
-    /// Number of directional lights.
-    pub directional_lights: usize,
-    /// Number of spot lights.
-    pub spot_lights: usize,
-    /// Number of point lights.
-    pub point_lights: usize,
+    /// Number of lights of every kind.
+    pub lights: usize,
     /// There is light from outside the geometry.
     pub environment: bool,
     /// Number of animated objects.
@@ -49,7 +45,6 @@ impl SceneNeeds {
         let used = || drawn().filter_map(|m| scene.materials.get(m.material));
         let is_masked = |m: &&Mesh| scene.materials.get(m.material).is_some_and(|m| m.alpha_texture.is_some());
         let watertight = drawn().filter(|mesh| scene.is_solid(mesh)).count();
-        let count = |wanted: fn(&Light) -> bool| scene.lights.iter().filter(|&light| wanted(light)).count();
         Self {
             triangles: scene.triangle_count(),
             alpha_tested: used().any(|m| m.alpha_texture.is_some()),
@@ -60,9 +55,7 @@ impl SceneNeeds {
             watertight_meshes: watertight,
             open_meshes: drawn().count() - watertight,
             alpha_masked_meshes: drawn().filter(is_masked).count(),
-            directional_lights: count(|l| matches!(l, Light::Directional { .. })),
-            spot_lights: count(|l| matches!(l, Light::Spot { .. })),
-            point_lights: count(|l| matches!(l, Light::Point { .. })),
+            lights: scene.lights.len(),
             environment: scene.environment.is_some(),
             moving_objects: if drawn().any(|m| m.object.is_some()) { scene.moves.objects.len() } else { 0 },
             moving_lights: !scene.moves.lights.is_empty(),
@@ -74,7 +67,7 @@ impl SceneNeeds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::{Environment, Material};
+    use crate::data::{Environment, Light, Material};
 
     /// Two triangles of a plain material; a second material that no mesh uses; a third on an empty mesh.
     fn scene(used: Material, other: Material) -> Scene {
@@ -122,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn lights_count_by_kind() {
+    fn lights_of_every_kind_count() {
         let (position, direction, intensity) = ([0.0; 3], [0.0, -1.0, 0.0], [1.0; 3]);
         let sun = Light::Directional { direction, irradiance: intensity };
         let point = Light::Point { position, intensity };
@@ -138,13 +131,7 @@ mod tests {
             environment: Some(Environment::constant([1.0; 3])),
             ..Scene::default()
         };
-        let needs = SceneNeeds {
-            directional_lights: 1,
-            spot_lights: 3,
-            point_lights: 2,
-            environment: true,
-            ..SceneNeeds::default()
-        };
+        let needs = SceneNeeds { lights: 6, environment: true, ..SceneNeeds::default() };
         assert_eq!(SceneNeeds::of(&lit), needs);
     }
 }

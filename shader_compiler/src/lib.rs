@@ -123,6 +123,8 @@ pub struct Member {
     pub size: u32,
     /// WGSL type, for example `f32`, `vec2<f32>` or `mat4x4<f32>`; empty for arrays and structs.
     pub wgsl_type: String,
+    /// Whether the entry point may read it.
+    pub read: bool,
 }
 
 /// A pipeline-overridable constant.

@@ -1,7 +1,10 @@
 //! Validation for the WebGPU baseline, and what a module binds.
 
+use std::collections::{BTreeSet, HashSet};
+
 use naga::{
-    AddressSpace, Expression, ImageClass, Literal, Module, ScalarKind, ShaderStage, TypeInner, proc::GlobalCtx, valid,
+    AddressSpace, Block, Expression, Function, GlobalVariable, Handle, ImageClass, Literal, Module, ScalarKind,
+    ShaderStage, Statement, TypeInner, proc::GlobalCtx, valid,
 };
 
 use crate::{Binding, BindingKind, EntryPoint, Member, Override, Stage};
@@ -51,7 +54,7 @@ fn entry_point(module: &Module, info: &valid::ModuleInfo, index: usize) -> Resul
         if info.get_entry_point(index)[handle].is_empty() {
             continue;
         }
-        let kind = binding_kind(module, name, variable)?;
+        let kind = binding_kind(module, name, variable, &MembersRead::of(module, &entry.function, handle))?;
         // Names of an imported module carry its path; such variables are named by one word.
         let name = if name.starts_with(IMPORTED) { name.rsplit('_').next().unwrap_or(name) } else { name };
         bindings.push(Binding { name: name.to_owned(), group: binding.group, index: binding.binding, kind });
@@ -69,11 +72,20 @@ fn entry_point(module: &Module, info: &valid::ModuleInfo, index: usize) -> Resul
     Ok(EntryPoint { name: entry.name.clone(), stage, workgroup_size, bindings })
 }
 
-fn binding_kind(module: &Module, name: &str, variable: &naga::GlobalVariable) -> Result<BindingKind, String> {
+fn binding_kind(
+    module: &Module,
+    name: &str,
+    variable: &naga::GlobalVariable,
+    read: &MembersRead,
+) -> Result<BindingKind, String> {
     match (variable.space, &module.types[variable.ty].inner) {
         (AddressSpace::Uniform, TypeInner::Struct { members, span }) => Ok(BindingKind::Uniform {
             size: *span,
-            members: members.iter().map(|field| member(module, field)).collect(),
+            members: members
+                .iter()
+                .zip(0..)
+                .map(|(field, index)| member(module, field, read.contains(index)))
+                .collect(),
         }),
         (AddressSpace::Storage { access }, _) => {
             Ok(BindingKind::Storage { writable: access.contains(naga::StorageAccess::STORE) })
@@ -93,7 +105,7 @@ fn binding_kind(module: &Module, name: &str, variable: &naga::GlobalVariable) ->
     }
 }
 
-fn member(module: &Module, field: &naga::StructMember) -> Member {
+fn member(module: &Module, field: &naga::StructMember, read: bool) -> Member {
     let inner = &module.types[field.ty].inner;
     let context = GlobalCtx {
         types: &module.types,
@@ -106,6 +118,69 @@ fn member(module: &Module, field: &naga::StructMember) -> Member {
         offset: field.offset,
         size: inner.size(context),
         wgsl_type: wgsl_type(inner),
+        read,
+    }
+}
+
+/// The members of a uniform struct that a function and everything it calls may read.
+enum MembersRead {
+    All,
+    These(BTreeSet<u32>),
+}
+
+impl MembersRead {
+    fn of(module: &Module, function: &Function, variable: Handle<GlobalVariable>) -> Self {
+        let mut functions = vec![function];
+        let mut known = HashSet::new();
+        let mut members = BTreeSet::new();
+        while let Some(function) = functions.pop() {
+            let is_variable =
+                |base| matches!(function.expressions[base], Expression::GlobalVariable(own) if own == variable);
+            for (_, expression) in function.expressions.iter() {
+                match *expression {
+                    Expression::AccessIndex { base, index } if is_variable(base) => {
+                        members.insert(index);
+                    }
+                    // A copy of the whole struct. A pointer to it cannot be passed to a function.
+                    Expression::Load { pointer } if is_variable(pointer) => return Self::All,
+                    _ => {}
+                }
+            }
+            visit_statements(&function.body, &mut |statement| {
+                if let Statement::Call { function: called, .. } = statement
+                    && known.insert(*called)
+                {
+                    functions.push(&module.functions[*called]);
+                }
+            });
+        }
+        Self::These(members)
+    }
+
+    fn contains(&self, index: u32) -> bool {
+        match self {
+            Self::All => true,
+            Self::These(members) => members.contains(&index),
+        }
+    }
+}
+
+fn visit_statements(block: &Block, visit: &mut impl FnMut(&Statement)) {
+    for statement in block {
+        visit(statement);
+        match statement {
+            Statement::Block(inner) => visit_statements(inner, visit),
+            Statement::If { accept, reject, .. } => {
+                visit_statements(accept, visit);
+                visit_statements(reject, visit);
+            }
+            Statement::Switch { cases, .. } => cases.iter().for_each(|case| visit_statements(&case.body, visit)),
+            Statement::Loop { body, continuing, .. } => {
+                visit_statements(body, visit);
+                visit_statements(continuing, visit);
+            }
+            _ => {}
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use std::{
     path::Path,
 };
 
-use crate::{BindingKind, Shader};
+use crate::{BindingKind, Member, Shader};
 
 /// Writes each shader's WGSL into `folder`, and `shaders.rs` with `pub static SHADERS: &[Shader]`, for a build script
 /// whose crate includes it beside the types of `halflight-shared-shaders`.
@@ -42,8 +42,8 @@ fn write_shader(table: &mut String, shader: &Shader, path: &str) -> fmt::Result 
                 BindingKind::Uniform { size, members } => {
                     write!(table, "Uniform {{ size: {size}, members: &[")?;
                     for member in members {
-                        let (name, offset, size) = (&member.name, member.offset, member.size);
-                        write!(table, "Member {{ name: {name:?}, offset: {offset}, size: {size} }},")?;
+                        let Member { name, offset, size, read, .. } = member;
+                        write!(table, "Member {{ name: {name:?}, offset: {offset}, size: {size}, read: {read} }},")?;
                     }
                     write!(table, "] }}")?;
                 }

@@ -86,6 +86,31 @@ fn a_shader_describes_itself() {
 }
 
 #[test]
+fn a_shader_says_which_members_of_a_uniform_block_it_reads() {
+    let read = |name: &str, body: &str| {
+        let text = format!(
+            "struct View {{ eye: vec3f, frame: u32, seed: u32 }}
+            @group(0) @binding(0) var<uniform> view: View;
+            @group(0) @binding(1) var<storage, read_write> result: array<u32>;
+            fn inner() -> u32 {{ return view.seed; }}
+            fn outer(on: bool) -> u32 {{ if on {{ for (var i = 0u; i < 2u; i++) {{ result[i] = inner(); }} }} return 1u; }}
+            fn whole(all: View) -> u32 {{ return all.frame; }}
+            @compute @workgroup_size(1) fn main() {{ result[0] = {body}; }}"
+        );
+        let shader = alone(name, &text).unwrap();
+        let bindings = &shader.entry_points[0].bindings;
+        let kind = bindings.iter().find(|binding| binding.name == "view").map(|binding| &binding.kind);
+        let Some(BindingKind::Uniform { members, .. }) = kind else { return Vec::new() };
+        members.iter().filter(|member| member.read).map(|member| member.name.clone()).collect()
+    };
+    assert_eq!(read("member", "view.frame"), ["frame"]);
+    assert_eq!(read("component", "u32(view.eye.y)"), ["eye"]);
+    assert_eq!(read("calls", "outer(true)"), ["seed"]);
+    assert_eq!(read("by_value", "whole(view)"), ["eye", "frame", "seed"], "the whole block is read");
+    assert_eq!(read("nothing", "1u"), Vec::<String>::new());
+}
+
+#[test]
 fn the_same_files_give_the_same_text() {
     let modules: Vec<(String, String)> =
         (0..8).map(|i| (format!("m{i}.wgsl"), format!("fn f{i}() -> f32 {{ return {i}.0; }}"))).collect();

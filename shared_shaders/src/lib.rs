@@ -148,6 +148,8 @@ pub struct Member {
     pub offset: u32,
     /// Size, bytes.
     pub size: u32,
+    /// Whether the entry point may read it.
+    pub read: bool,
 }
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));

@@ -8,7 +8,7 @@
 
 use std::error::Error;
 
-use halflight_frame_graph::{CompiledGraph, Externals, Gpu, View};
+use halflight_frame_graph::{Changed, CompiledGraph, Externals, Gpu, View};
 use halflight_renderer::parameters::{Settings, Value};
 use halflight_renderer::plan_technique;
 use halflight_techniques::technique;
@@ -52,7 +52,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let world_to_view = glam::Mat4::IDENTITY;
     let continuity = Default::default();
     let view = View { world_to_view, tan_half_fov: TAN, display_size: SIZE, near: 0.1, frame: 0, seed: 0, continuity };
-    recording.record(&gpu, &mut encoder, &view);
+    // With `Changed::Only`, later frames run no pass whose inputs are as before.
+    recording.record(&gpu, &mut encoder, &view, Changed::Anything);
 
     // The host again: it submits, and uses the result (`final` is direct + albedo * indirect).
     let indirect = recording.output("indirect").ok_or("the technique gives no indirect light")?;

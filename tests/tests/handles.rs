@@ -24,7 +24,7 @@ fn seen_by_the_light(scene: &Scene, frame: u32) -> Vec<u8> {
         shadow_view: shadow_view(&mut plan, 0, &facts.shadow_layers[0]),
         vertices: plan.scene_buffer("scene.vertices", "the scene's geometry"),
         alpha_tested: None,
-        animated: facts.animated().then(|| plan.scene_buffer("scene.objects", "objects move")),
+        animated: facts.animated().then(|| plan.changing_scene_buffer("scene.objects", "objects move")),
         triangles: None,
     };
     plan.pass(Part::Technique, "unheard_of", run).because("a new technique reads a light").draw(

@@ -2,7 +2,7 @@
 //! change only in their numbers.
 #![allow(clippy::unwrap_used)]
 
-use halflight_frame_graph::{CompiledGraph, Externals, FramePlan, Part};
+use halflight_frame_graph::{Changed, CompiledGraph, Externals, FramePlan, Part};
 use halflight_metrics::tone::{Rgb, tone_map};
 use halflight_native::frames::{Timing, read_texture, run_frame};
 use halflight_renderer::{
@@ -38,7 +38,7 @@ fn shown(pixels: &[Rgb], exposure: f32, limit: f32) -> Vec<[u8; 4]> {
     let texture =
         gpu.device.create_texture_with_data(&gpu.queue, &descriptor, Default::default(), bytemuck::cast_slice(&texels));
     let recording = CompiledGraph::new(gpu, plan, &Externals { scene: None, textures: [("image", texture)].into() });
-    run_frame(gpu, &recording, &camera_view(&Camera::default(), size, 0.1), Timing::Clock).unwrap();
+    run_frame(gpu, &recording, &camera_view(&Camera::default(), size, 0.1), Timing::Clock, Changed::Anything).unwrap();
     let bytes = read_texture(gpu, recording.output("display").unwrap()).unwrap();
     bytes.as_chunks::<4>().0.to_vec()
 }
@@ -93,7 +93,7 @@ fn a_recording_that_followed_a_light_draws_what_a_new_one_draws() {
     let externals = |buffers| Externals { scene: Some(buffers), ..Default::default() };
     let draw = |recording: &CompiledGraph, scene: &halflight_scenes::Scene| {
         let view = camera_view(&scene.camera, [64, 36], SceneFacts::of(scene).near);
-        run_frame(gpu, recording, &view, Timing::Clock).unwrap();
+        run_frame(gpu, recording, &view, Timing::Clock, Changed::Anything).unwrap();
         read_texture(gpu, recording.output("final").unwrap()).unwrap()
     };
     let mut followed = CompiledGraph::new(gpu, plan(&scene, 16), &externals(&buffers));

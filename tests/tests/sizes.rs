@@ -4,12 +4,12 @@
 
 use glam::Vec3;
 use halflight_evaluator::experiment::session::Session;
-use halflight_frame_graph::{CompiledGraph, Externals};
+use halflight_frame_graph::{Changed, CompiledGraph, Externals};
 use halflight_metrics::Rgb;
 use halflight_native::frames::read_texture;
 use halflight_renderer::{
     plan_frame,
-    scene::{SceneBuffers, SceneFacts, Sight, camera_view},
+    scene::{LIGHTS, SceneBuffers, SceneFacts, Sight, camera_view},
 };
 use halflight_scenes::{Camera, CameraKeyframe, Light, Material, Mesh, Scene};
 use halflight_tests::{bundled, device, frames, known, mean_luminance, render, request, settings};
@@ -212,7 +212,7 @@ fn maps_and_voxels_that_are_drawn_once_follow_a_new_light_and_a_new_camera() {
     let plan = |facts: &SceneFacts| plan_frame(facts, known("hybrid"), &hybrid, SIZE, Default::default()).unwrap();
     let images = |graph: &CompiledGraph, scene: &Scene, facts: &SceneFacts| {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        graph.record(gpu, &mut encoder, &camera_view(&scene.camera, SIZE, facts.near));
+        graph.record(gpu, &mut encoder, &camera_view(&scene.camera, SIZE, facts.near), Changed::Only(&[LIGHTS]));
         gpu.queue.submit([encoder.finish()]);
         ["direct", "indirect"].map(|output| read_texture(gpu, graph.output(output).unwrap()).unwrap())
     };

@@ -34,8 +34,11 @@ pub fn percent(rel_mse: f64) -> String {
 pub fn times(ui: &mut Ui, side: &Side) {
     let longest = side.times.medians().map(|(_, _, ms)| ms).filter(|ms| ms.is_finite()).fold(1e-3, f64::max);
     Grid::new("times").num_columns(3).striped(true).show(ui, |ui| {
-        for (name, part, ms) in side.times.medians() {
-            ui.label(name).on_hover_text(part.to_string());
+        for (index, ((name, part, ms), ran)) in side.times.medians().zip(side.causes()).enumerate() {
+            let when = side.times.when(index).map(ToString::to_string).unwrap_or_default();
+            let last = ran.as_ref().map_or("did not run".to_owned(), |cause| format!("ran because {cause}"));
+            let name = if ran.is_some() { RichText::new(name) } else { RichText::new(name).weak() };
+            ui.label(name).on_hover_text(format!("{part}\nRuns {when}\nLast frame: {last}"));
             let (rect, _) = ui.allocate_exact_size(vec2(90.0, 12.0), egui::Sense::hover());
             let length = if ms.is_finite() { (ms / longest) as f32 } else { 0.0 };
             let bar = egui::Rect::from_min_size(rect.min, vec2((rect.width() * length).max(1.0), rect.height()));
@@ -50,6 +53,11 @@ pub fn times(ui: &mut Ui, side: &Side) {
             ui.label(format!("{part} {}", milliseconds(side.part_ms(part))));
         }
     });
+    ui.label(format!(
+        "{} where everything changes, {} where only the frame number does",
+        milliseconds(side.times.changed_frame()),
+        milliseconds(side.times.static_frame())
+    ));
     if let Some(ms) = side.frame_ms {
         ui.label(format!("Wall-clock time of the last whole frame: {}", milliseconds(ms)));
     }
@@ -67,7 +75,7 @@ pub fn memory(ui: &mut Ui, plan: &FramePlan, scene_bytes: u64) {
     ));
     ScrollArea::horizontal().id_salt("memory").show(ui, |ui| {
         Grid::new("memory").num_columns(3).striped(true).show(ui, |ui| {
-            for resource in plan.resources.iter().filter(|r| !matches!(r.kind, ResourceKind::External)) {
+            for resource in plan.resources.iter().filter(|r| !matches!(r.kind, ResourceKind::External { .. })) {
                 ui.label(&resource.name).on_hover_text(&resource.reason);
                 ui.label(RichText::new(bytes_in_words(resource.bytes())).monospace());
                 ui.label(RichText::new(resource.kind.to_string()).weak());

@@ -2,14 +2,14 @@
 
 use eframe::egui::Context;
 use halflight_frame_graph::{
-    CompiledGraph, Continuity, Externals, FramePlan, Gpu, Part, ResourceKind, non_finite::ValueCounts,
+    Cause, Changed, CompiledGraph, Continuity, Externals, FramePlan, Gpu, Part, ResourceKind, non_finite::ValueCounts,
 };
 use halflight_renderer::{
     parameters::SettingsError,
     plan_frame,
-    scene::{SceneMotion, camera_view},
+    scene::{LIGHTS, SceneMotion, camera_view},
 };
-use halflight_scenes::Camera;
+use halflight_scenes::{Camera, Light};
 
 use crate::{
     check::Check,
@@ -41,6 +41,8 @@ pub struct Side {
     configuration: Configuration,
     graph: CompiledGraph,
     moment: Option<Moment>,
+    /// The lights of the last frame.
+    lights: Vec<Light>,
     shown: Option<(View, Look, u64)>,
     show: Option<CompiledGraph>,
     texture: Option<eframe::egui::TextureId>,
@@ -119,6 +121,7 @@ impl Side {
             times: Times::new(&graph),
             graph,
             moment: None,
+            lights: Vec::new(),
             shown: None,
             show: None,
             texture: None,
@@ -200,7 +203,10 @@ impl Side {
             if cfg!(target_arch = "wasm32") && is_coarse(ticks) {
                 self.method = Method::CoarseTimestamps;
             } else {
-                for (index, pass) in self.graph.pass_times(&bytes).iter().enumerate() {
+                let times = self.graph.pass_times(&bytes);
+                for (index, (pass, _)) in
+                    times.iter().zip(self.graph.causes()).enumerate().filter(|(_, (_, ran))| ran.is_some())
+                {
                     self.times.add(index, pass.milliseconds);
                 }
             }
@@ -241,20 +247,28 @@ impl Side {
         self.check = Check::default();
         let mut seen = camera_view(&moment.camera, self.graph.plan().display_size, stage.facts.near);
         (seen.frame, seen.seed) = (moment.frame, moment.seed);
+        let mut changed = Vec::new();
+        if self.lights != stage.scene.lights {
+            self.lights.clone_from(&stage.scene.lights);
+            changed.push(LIGHTS);
+        }
         if let Some(motion) = SceneMotion::new(&stage.scene, &stage.buffers, &stage.facts) {
             motion.place(&mut seen);
             // The user may have moved the camera away from its path.
             seen.world_to_view = moment.camera.view_matrix();
-            motion.write(gpu, &self.graph, &seen);
+            changed.extend(motion.write(gpu, &self.graph, &seen));
         } else if self.has_history() {
             seen.frame = self.drawn_frames;
             seen.continuity = if moved { Continuity::Changing } else { Continuity::Static };
         }
         self.drawn_frames = self.drawn_frames.wrapping_add(1);
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        self.graph.record(gpu, &mut encoder, &seen);
+        // Frames of a moment after its first one are measured.
+        let changed =
+            if moved || self.method != Method::Timestamps { Changed::Only(&changed) } else { Changed::Anything };
+        self.graph.record(gpu, &mut encoder, &seen, changed);
         if let Some(show) = &self.show {
-            show.record(gpu, &mut encoder, &seen);
+            show.record(gpu, &mut encoder, &seen, Changed::Anything);
         }
         self.drawing = Some(Work::submit(&gpu.queue, Some(encoder.finish())));
         if self.method == Method::Timestamps {
@@ -292,7 +306,7 @@ impl Side {
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
                 let camera = self.moment.map(|moment| moment.camera).unwrap_or_default();
                 let size = self.graph.plan().display_size;
-                show.record(gpu, &mut encoder, &camera_view(&camera, size, 1.0));
+                show.record(gpu, &mut encoder, &camera_view(&camera, size, 1.0), Changed::Anything);
                 gpu.queue.submit([encoder.finish()]);
             }
         }
@@ -362,6 +376,19 @@ impl Side {
     /// Whether a frame depends on earlier frames.
     fn has_history(&self) -> bool {
         self.graph.plan().has_history()
+    }
+
+    /// Why each pass ran in the last frame; `None` for passes that did not run.
+    pub fn causes(&self) -> Vec<Option<String>> {
+        let passes = &self.graph.plan().passes;
+        let text = |cause: Cause| match cause {
+            Cause::First => "it had not run before".to_owned(),
+            Cause::Changed(dependency) => format!("{dependency} changed"),
+            Cause::Numbers => "a setting changed".to_owned(),
+            Cause::Repeated => "it was measured".to_owned(),
+            Cause::Pass(other) => format!("{} ran", passes[other].name),
+        };
+        self.graph.causes().into_iter().map(|cause| cause.map(text)).collect()
     }
 
     /// Whether a round of repetitions runs.

@@ -7,7 +7,7 @@ use std::{
     task::{Context, Poll, Waker},
 };
 
-use halflight_frame_graph::{CompiledGraph, Gpu, Part, Pass};
+use halflight_frame_graph::{CompiledGraph, Gpu, Part, Pass, When};
 use web_time::Instant;
 
 /// Number of measurements of a pass that its median is taken over.
@@ -60,8 +60,8 @@ pub fn is_coarse(nanoseconds: &[u64]) -> bool {
 #[derive(Debug, Default)]
 pub struct Times {
     passes: Vec<(String, Part, VecDeque<f64>)>,
-    /// Whether each pass runs only in the first frame, so that it does not count to the time of a frame.
-    once: Vec<bool>,
+    /// When each pass runs. Passes that run only in the first frame do not count to the time of a frame.
+    when: Vec<When>,
 }
 
 impl Times {
@@ -69,7 +69,7 @@ impl Times {
     pub fn new(graph: &CompiledGraph) -> Self {
         let pass = |pass: &Pass| (pass.name.clone(), pass.part, VecDeque::new());
         let passes = &graph.plan().passes;
-        Self { passes: passes.iter().map(pass).collect(), once: passes.iter().map(|pass| pass.once).collect() }
+        Self { passes: passes.iter().map(pass).collect(), when: graph.plan().schedule() }
     }
 
     /// Adds a measurement of a pass, milliseconds.
@@ -90,8 +90,28 @@ impl Times {
     /// Sum of the medians of a part's passes, milliseconds. Passes that run once do not count, as in the evaluator's
     /// tables.
     pub fn of_part(&self, wanted: Part) -> f64 {
-        let in_every_frame = self.medians().zip(&self.once).filter(|(_, once)| !**once).map(|(pass, _)| pass);
-        in_every_frame.filter(|(_, part, _)| *part == wanted).map(|(_, _, ms)| ms).sum()
+        self.of_passes(|part, when| part == wanted && *when != When::Once)
+    }
+
+    /// Sum of the medians of all passes that run more than once, milliseconds: a frame in which everything has changed.
+    pub fn changed_frame(&self) -> f64 {
+        self.of_passes(|_, when| *when != When::Once)
+    }
+
+    /// Sum of the medians of the passes that run in every frame, milliseconds: a frame in which only the frame number has
+    /// changed.
+    pub fn static_frame(&self) -> f64 {
+        self.of_passes(|_, when| matches!(when, When::EveryFrame(_)))
+    }
+
+    fn of_passes(&self, wanted: impl Fn(Part, &When) -> bool) -> f64 {
+        let passes = self.medians().zip(&self.when).filter(|((_, part, _), when)| wanted(*part, when));
+        passes.map(|((_, _, ms), _)| ms).sum()
+    }
+
+    /// When a pass runs.
+    pub fn when(&self, pass: usize) -> Option<&When> {
+        self.when.get(pass)
     }
 
     /// Sum of the medians of a technique's passes, milliseconds; `None` until every pass is measured.
@@ -251,11 +271,16 @@ fn block_on(round: impl Future<Output = ()>, device: &wgpu::Device) {
 
 #[cfg(test)]
 mod tests {
+    use halflight_frame_graph::Dependency;
+
     use super::*;
 
     #[test]
     fn a_running_median_ignores_outliers() {
-        let mut times = Times { passes: vec![("gather".into(), Part::Technique, VecDeque::new())], once: vec![false] };
+        let mut times = Times {
+            passes: vec![("gather".into(), Part::Technique, VecDeque::new())],
+            when: vec![When::EveryFrame(Dependency::Frame)],
+        };
         assert_eq!(times.technique(), None);
         for value in [3.0, 900.0, 1.0, 2.0] {
             times.add(0, value);

@@ -3,6 +3,7 @@
 use std::{io::Write, path::PathBuf};
 
 use clap::Args;
+use halflight_frame_graph::FramePlan;
 use halflight_native::{
     files::write_whole,
     images::{Precision, auto_exposure, write_png},
@@ -184,5 +185,15 @@ pub(super) fn plan(args: &PlanArgs) -> Result<(), Error> {
         let picture = plan_graph::svg(&plan);
         write_whole(path, |file| file.write_all(picture.as_bytes())).map_err(|e| Error::unwritable(path, e))?;
     }
-    if args.json { print_json(&plan) } else { Ok(terminal::print(plan)?) }
+    if args.json { print_json(&with_schedule(&plan)?) } else { Ok(terminal::print(plan)?) }
+}
+
+/// A plan as JSON; `when` of a pass says when it runs.
+fn with_schedule(plan: &FramePlan) -> Result<serde_json::Value, Error> {
+    let mut value = serde_json::to_value(plan).map_err(|e| Error::Failed(e.to_string()))?;
+    let passes = value["passes"].as_array_mut().into_iter().flatten();
+    for (pass, when) in passes.zip(plan.schedule()) {
+        pass["when"] = when.to_string().into();
+    }
+    Ok(value)
 }

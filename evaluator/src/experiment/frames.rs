@@ -1,7 +1,7 @@
 //! What the frames of a cell show, how much they differ, and how long they take.
 
-use halflight_frame_graph::{Part, non_finite::ValueCounts};
-use halflight_native::{NativeGpu, images::Rgb};
+use halflight_frame_graph::{Part, When, non_finite::ValueCounts};
+use halflight_native::{NativeGpu, frames::FrameTime, images::Rgb};
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_scenes::Scene;
 
@@ -106,27 +106,37 @@ pub(super) struct Times {
     /// Passes of the technique; `None` where it has none.
     pub(super) technique: Option<Timing>,
     pub(super) total: Timing,
+    /// Median of all passes where only the frame number has changed, ms.
+    pub(super) total_static: f64,
+    /// The same of the technique's passes; `None` where it has none.
+    pub(super) technique_static: Option<f64>,
+    /// Passes that run once, ms; `None` where there are none.
+    pub(super) first_frame: Option<f64>,
     /// Median of each pass.
     pub(super) passes: Vec<(String, f64)>,
 }
 
-/// Runs a warm-up frame, then `count` frames; `after` sees each timed one.
+/// Frames that are timed while nothing changes.
+const STATIC_FRAMES: u32 = 3;
+
+/// Runs a warm-up frame, then `count` frames; `after` sees each timed one. Then runs a few frames in which only the frame
+/// number changes.
 pub(super) fn time_frames(
     frames: &mut Frames,
     count: u32,
     mut after: impl FnMut(&Frames, u32) -> Result<(), Error>,
 ) -> Result<Times, Error> {
-    frames.run(0)?;
+    let first = frames.run(0)?;
+    let once: Vec<_> = frames.plan().schedule().iter().map(|when| *when == When::Once).collect();
+    let once = first.passes.iter().zip(once).filter(|(_, once)| *once).map(|(pass, _)| pass.milliseconds);
+    let once = once.reduce(|a, b| a + b);
     let mut totals = Vec::new();
     let mut techniques = Vec::new();
     let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
     for frame in 0..count {
         let time = frames.run(frame)?;
-        let sum = |wanted: &dyn Fn(Part) -> bool| -> f64 {
-            time.passes.iter().filter(|pass| wanted(pass.part)).map(|pass| pass.milliseconds).sum()
-        };
-        totals.push(sum(&|_| true));
-        techniques.push(sum(&|part| part == Part::Technique));
+        totals.push(sum(&time, |_| true));
+        techniques.push(sum(&time, |part| part == Part::Technique));
         passes.resize_with(time.passes.len(), Default::default);
         for (slot, pass) in passes.iter_mut().zip(&time.passes) {
             slot.0.clone_from(&pass.name);
@@ -134,13 +144,30 @@ pub(super) fn time_frames(
         }
         after(frames, frame)?;
     }
+    let mut at_rest = Vec::new();
+    // Frame numbers go on, so that a temporal filter does.
+    for frame in count..count + STATIC_FRAMES {
+        at_rest.push(frames.run_due(frame)?);
+    }
+    let at_rest = |wanted: fn(Part) -> bool| {
+        let sums: Vec<_> = at_rest.iter().map(|time| sum(time, wanted)).collect();
+        Timing::of(&sums).map(|timing| timing.median)
+    };
     let has_technique = frames.plan().passes.iter().any(|pass| pass.part == Part::Technique);
     Ok(Times {
         technique: Timing::of(&techniques).filter(|_| has_technique),
+        total_static: at_rest(|_| true).unwrap_or_default(),
+        technique_static: at_rest(|part| part == Part::Technique).filter(|_| has_technique),
+        first_frame: once,
         total: Timing::of(&totals)
             .ok_or_else(|| Error::Failed("no frame was timed: set frames to at least 1".into()))?,
         passes: passes.into_iter().filter_map(|(name, times)| Timing::of(&times).map(|t| (name, t.median))).collect(),
     })
+}
+
+/// Time of the passes of these parts of a frame, ms.
+fn sum(time: &FrameTime, wanted: impl Fn(Part) -> bool) -> f64 {
+    time.passes.iter().filter(|pass| wanted(pass.part)).map(|pass| pass.milliseconds).sum()
 }
 
 /// Fails where a texture or buffer of a plan holds NaN or infinity. The check runs on the device.

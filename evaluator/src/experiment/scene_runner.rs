@@ -96,7 +96,7 @@ struct Prepared<'a> {
     occlusion: Vec<OcclusionReference>,
     /// The G-buffer and direct light, and their median time in milliseconds, by the direct-light settings and the
     /// technique's needs that shape them.
-    scene_frames: BTreeMap<String, (Frames<'a>, f64)>,
+    scene_frames: BTreeMap<String, (Frames<'a>, [f64; 2])>,
 }
 
 impl<'a> SceneRunner<'a> {
@@ -329,7 +329,10 @@ impl<'a> SceneRunner<'a> {
             left_out: (cell.technique.sources)(&cell.settings)
                 .map(|sources| sources.left_out(&SceneNeeds::of(still)).join(", "))
                 .unwrap_or_default(),
-            frame_ms_median: rendered.scene_ms + rendered.times.technique.map_or(0.0, |timing| timing.median),
+            time_ms_static: rendered.times.technique_static,
+            first_frame_ms: rendered.times.first_frame,
+            frame_ms_median: rendered.scene_ms[0] + rendered.times.technique.map_or(0.0, |timing| timing.median),
+            frame_ms_static: Some(rendered.scene_ms[1] + rendered.times.technique_static.unwrap_or_default()),
             pass_ms: rendered.times.passes.into_iter().map(|(name, ms)| (name, ms.into())).collect(),
             memory_bytes: rendered.memory_bytes,
             errors,
@@ -363,8 +366,8 @@ struct Rendered {
     shown_frame: u32,
     noise: Option<f64>,
     times: super::frames::Times,
-    /// Median time of G-buffer and direct light, ms.
-    scene_ms: f64,
+    /// Median time of G-buffer and direct light, ms: with everything changed, and with nothing but the frame number.
+    scene_ms: [f64; 2],
     /// Textures and buffers of the technique.
     memory_bytes: u64,
     occlusion_radius: Option<f32>,
@@ -376,12 +379,12 @@ fn render(grid: &Grid, cell: &Cell, size: [u32; 2], prepared: &mut Prepared, che
     let direct = cell.settings.iter().filter(|(key, _)| key.starts_with("direct."));
     let shape: String =
         [format!("{needs:?}")].into_iter().chain(direct.map(|(key, value)| format!(" {key}={value}"))).collect();
-    let (scene_frames, scene_ms) = match prepared.scene_frames.entry(shape) {
+    let (scene_frames, scene_times) = match prepared.scene_frames.entry(shape) {
         Entry::Occupied(ready) => ready.into_mut(),
         Entry::Vacant(slot) => {
             let mut frames = session.scene_frames(&cell.settings, size)?;
-            let time = time_frames(&mut frames, SCENE_FRAMES, |_, _| Ok(()))?.total.median;
-            slot.insert((frames, time))
+            let times = time_frames(&mut frames, SCENE_FRAMES, |_, _| Ok(()))?;
+            slot.insert((frames, [times.total.median, times.total_static]))
         }
     };
     let direct = grid.direct_from_truth.then_some(prepared.reference.direct.as_slice());
@@ -407,7 +410,7 @@ fn render(grid: &Grid, cell: &Cell, size: [u32; 2], prepared: &mut Prepared, che
         shown_frame,
         noise: noise.deviation(),
         times,
-        scene_ms: *scene_ms,
+        scene_ms: *scene_times,
         memory_bytes: frames.plan().technique_bytes(),
         occlusion_radius: occlusion_radius(frames.plan()),
     })

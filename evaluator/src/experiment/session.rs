@@ -6,7 +6,7 @@ use std::{
 };
 
 use halflight_frame_graph::{
-    CompiledGraph, Continuity, Externals, FramePlan, Gpu, ResourceId, ResourceKind, View,
+    Cause, Changed, CompiledGraph, Continuity, Externals, FramePlan, Gpu, Handle, ResourceId, ResourceKind, View,
     non_finite::{NonFiniteCheck, ValueCounts},
 };
 use halflight_native::{
@@ -244,17 +244,40 @@ impl Frames<'_> {
         &self.view
     }
 
-    /// Runs the frame of this number. A temporal filter goes on from the frame before where that was the last to run.
+    /// Runs the frame of this number, with every pass that any change asks for. A temporal filter goes on from the frame
+    /// before where that was the last to run.
     ///
     /// # Errors
     /// Where the device was lost.
     pub fn run(&mut self, frame: u32) -> Result<FrameTime, Error> {
+        self.place(frame);
+        self.run_after(Changed::Anything)
+    }
+
+    /// As [`Frames::run`], with only the passes whose inputs differ from those of the last frame.
+    ///
+    /// # Errors
+    /// Where the device was lost.
+    pub fn run_due(&mut self, frame: u32) -> Result<FrameTime, Error> {
+        let changed = self.place(frame);
+        self.run_after(Changed::Only(&changed))
+    }
+
+    /// Moves the scene to a frame; returns what has changed since the last one.
+    fn place(&mut self, frame: u32) -> Vec<Handle> {
         self.view.frame = frame;
-        if let Some(motion) = &self.motion {
-            motion.place(&mut self.view);
-            motion.write(self.gpu, &self.recording, &self.view);
-        }
-        run_frame(self.gpu, &self.recording, &self.view, self.timing).map_err(|e| Error::Failed(e.to_string()))
+        let Some(motion) = &self.motion else { return Vec::new() };
+        motion.place(&mut self.view);
+        motion.write(self.gpu, &self.recording, &self.view)
+    }
+
+    fn run_after(&self, changed: Changed) -> Result<FrameTime, Error> {
+        run_frame(self.gpu, &self.recording, &self.view, self.timing, changed).map_err(|e| Error::Failed(e.to_string()))
+    }
+
+    /// Why each pass ran in the last frame; `None` for passes that did not run.
+    pub fn causes(&self) -> Vec<Option<Cause>> {
+        self.recording.causes()
     }
 
     /// An output of the plan as it stands after the last frame: four channels a pixel, linear; `None`

@@ -24,7 +24,7 @@ impl fmt::Display for ResourceKind {
             Self::Texture { size: [w, h], layers, format } => format!("{w}x{h}x{layers} {format:?}"),
             Self::Data { .. } => "data".into(),
             Self::Buffer { .. } => "buffer".into(),
-            Self::External => "given".into(),
+            Self::External { .. } => "given".into(),
         })
     }
 }
@@ -58,20 +58,21 @@ impl fmt::Display for FramePlan {
         let name = width(&mut self.passes.iter().map(|pass| pass.name.len()));
         let reason = width(&mut self.passes.iter().map(|pass| pass.reason.len()));
         let mut part = None;
-        for (index, pass) in self.passes.iter().enumerate() {
+        for (index, (pass, when)) in self.passes.iter().zip(self.schedule()).enumerate() {
             if part.replace(pass.part) != Some(pass.part) {
                 writeln!(f, "\n{}", pass.part)?;
             }
             let (reads, writes) = pass.reads_and_writes();
             writeln!(f, "{:>4}  {:<name$}  {:<reason$}  {}", index + 1, pass.name, pass.reason, pass.shader.name)?;
             writeln!(f, "      {:name$}  {} -> {}", "", names(&reads), names(&writes))?;
+            writeln!(f, "      {:name$}  {when}", "")?;
         }
         writeln!(f, "\nTextures and buffers")?;
         let name = width(&mut self.resources.iter().map(|resource| resource.name.len()));
         let kind = width(&mut self.resources.iter().map(|resource| resource.kind.to_string().len()));
         for resource in &self.resources {
             let bytes = match resource.kind {
-                ResourceKind::External => String::new(),
+                ResourceKind::External { .. } => String::new(),
                 _ => bytes_in_words(resource.bytes()),
             };
             writeln!(f, "      {:<name$}  {:<kind$}  {bytes:>9}  {}", resource.name, resource.kind, resource.reason)?;

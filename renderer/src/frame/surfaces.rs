@@ -105,10 +105,10 @@ pub(super) fn plan_direct(
     let size = plan.display_size;
     let direct = plan.texture("direct", size, Format::Rgba32Float, "the source of indirect light");
     let needs = &facts.needs;
-    let lights = needs.directional_lights + needs.spot_lights + needs.point_lights;
+    let lights = needs.lights;
     let lit = shadow.map(|Shadows { maps, entries }| direct_light::Lit {
         albedo: gbuffer.albedo,
-        lights: plan.scene_buffer("scene.lights", "the scene's lights"),
+        lights: plan.changing_scene_buffer("scene.lights", "the scene's lights"),
         shadow_layers: entries,
         shadow_maps: maps,
     });
@@ -144,7 +144,7 @@ pub(super) fn plan_shadows(
     let maps =
         plan.texture_array("shadow_maps", [map_size; 2], count as u32, Gpu::DEPTH_FORMAT, counted(count, "shadow map"));
     let entries = shadow_entries(plan, layers, far, map_size);
-    let draw = |plan: &mut FramePlan, layer: usize, name: String, view: ResourceId, once: bool, reason: &str| {
+    let draw = |plan: &mut FramePlan, layer: usize, name: String, view: ResourceId, reason: &str| {
         let textures = scene.texels.filter(|_| facts.needs.alpha_tested);
         let materials = scene.materials;
         let run = ShadowMap {
@@ -155,7 +155,7 @@ pub(super) fn plan_shadows(
             triangles: None,
         };
         let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();
-        plan.pass(Part::Direct, name, run).once(once).because(reason).draw(
+        plan.pass(Part::Direct, name, run).because(reason).draw(
             triangles::by_alpha(facts.needs.alpha_tested, opaque),
             Vec::new(),
             (maps, layer as u32),
@@ -163,16 +163,15 @@ pub(super) fn plan_shadows(
     };
     for (index, layer) in layers.iter().enumerate() {
         let view = shadow_view(plan, index, layer);
-        draw(plan, index, format!("shadow_{index}"), view, false, "a light casts shadows");
+        draw(plan, index, format!("shadow_{index}"), view, "a light casts shadows");
     }
     for (index, layer) in far.iter().enumerate() {
         let view = far_shadow_view(plan, index, layer);
         let reason = format!(
-            "shadows far from what is looked at, in a coarser map{}{}",
+            "shadows far from what is looked at, in a coarser map{}",
             if facts.extent.is_covered() { "" } else { "; surfaces even farther out are lit" },
-            if facts.still { "; once, because the scene is static" } else { "" },
         );
-        draw(plan, layers.len() + index, format!("far_shadow_{index}"), view, facts.still, &reason);
+        draw(plan, layers.len() + index, format!("far_shadow_{index}"), view, &reason);
     }
     Ok(Some(Shadows { maps, entries }))
 }

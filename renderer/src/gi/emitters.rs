@@ -30,7 +30,7 @@ pub fn plan_emitter_points(
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
     let indices = plan.scene_buffer("scene.indices", "the scene's indices");
     let materials = plan.scene_buffer("scene.materials", "the scene's materials");
-    let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
+    let objects = scene.animated().then(|| plan.changing_scene_buffer("scene.objects", "objects are animated"));
     let run = Emitters {
         emitters: emitters_data,
         vertices,

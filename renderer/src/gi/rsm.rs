@@ -83,10 +83,10 @@ impl ReflectiveShadowMap {
         let indices = plan.scene_buffer("scene.indices", "the scene's indices");
         let corners = plan.scene_buffer("scene.corners", "numbers of the scene's triangles");
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
-        let lights = plan.scene_buffer("scene.lights", "the scene's lights");
+        let lights = plan.changing_scene_buffer("scene.lights", "the scene's lights");
         let texels = (scene.needs.textured || scene.needs.alpha_tested)
             .then(|| plan.scene_buffer("scene.texels", "materials with textures"));
-        let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
+        let objects = scene.animated().then(|| plan.changing_scene_buffer("scene.objects", "objects are animated"));
         let shadow_view = shadow_view(plan, index, view);
         let run = ShadowMap {
             shadow_view,

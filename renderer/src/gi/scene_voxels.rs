@@ -60,7 +60,7 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
             ["materials", "texels"].map(|name| plan.scene_buffer(&format!("scene.{name}"), "alpha-masked surfaces"));
         fill::AlphaTested { materials, texels }
     });
-    let animated = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
+    let animated = scene.animated().then(|| plan.changing_scene_buffer("scene.objects", "objects are animated"));
     let rows = rows(resolution, part);
     let constants = fill::Constants { rows };
     plan.pass(
@@ -69,12 +69,7 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
         Fill { grid, vertices, indices, voxels: bits, alpha_tested, animated, constants },
     )
     .clear(bits)
-    .once(!scene.animated())
-    .because(format!(
-        "occluders, on the screen or not{}{}",
-        if part { "; none far from what is looked at" } else { "" },
-        if scene.animated() { "" } else { "; once, because the scene is static" },
-    ))
+    .because(format!("occluders, on the screen or not{}", if part { "; none far from what is looked at" } else { "" },))
     .over([scene.triangles.max(1), rows]);
     SceneVoxels { grid, voxels: bits }
 }

@@ -51,15 +51,25 @@ impl LightSources {
     /// Lamps and emitters on the screen, no sky.
     pub const SCREEN: Self = Self { lamps: Reach::Screen, emitters: Reach::Screen, sky: Reach::Nowhere };
 
-    /// What is left out of a scene with these needs, in words; empty if nothing is.
-    pub fn left_out(self, needs: &SceneNeeds) -> Vec<&'static str> {
-        let lamps = needs.directional_lights + needs.spot_lights + needs.point_lights > 0;
+    /// Kinds of light that a scene with these needs has: how much of them is taken, and names of all of it and of the part
+    /// off the screen.
+    fn present(self, needs: &SceneNeeds) -> impl Iterator<Item = (Reach, [&'static str; 2])> {
         let kinds = [
-            (lamps, self.lamps, ["lamps", "lamps off the screen"]),
+            (needs.lights > 0, self.lamps, ["lamps", "lamps off the screen"]),
             (needs.emitters, self.emitters, ["emitters", "emitters off the screen"]),
             (needs.environment, self.sky, ["the sky", "the sky off the screen"]),
         ];
-        let left_out = kinds.into_iter().filter(|(present, ..)| *present).filter_map(|(_, reach, names)| match reach {
+        kinds.into_iter().filter(|(present, ..)| *present).map(|(_, reach, names)| (reach, names))
+    }
+
+    /// Whether some light of a scene with these needs is taken.
+    pub fn takes_any(self, needs: &SceneNeeds) -> bool {
+        self.present(needs).any(|(reach, _)| reach != Reach::Nowhere)
+    }
+
+    /// What is left out of a scene with these needs, in words; empty if nothing is.
+    pub fn left_out(self, needs: &SceneNeeds) -> Vec<&'static str> {
+        let left_out = self.present(needs).filter_map(|(reach, names)| match reach {
             Reach::Nowhere => Some(names[0]),
             Reach::Screen => Some(names[1]),
             Reach::Scene => None,
@@ -107,11 +117,14 @@ mod tests {
 
     #[test]
     fn only_light_that_a_scene_has_is_left_out() {
-        let all = SceneNeeds { point_lights: 1, emitters: true, environment: true, ..SceneNeeds::default() };
+        let all = SceneNeeds { lights: 1, emitters: true, environment: true, ..SceneNeeds::default() };
         assert_eq!(LightSources::NONE.left_out(&all), ["lamps", "emitters", "the sky"]);
         assert_eq!(LightSources::SCREEN.left_out(&all), ["lamps off the screen", "emitters off the screen", "the sky"]);
         let everything = LightSources { lamps: Reach::Scene, emitters: Reach::Scene, sky: Reach::Scene };
         assert!(everything.left_out(&all).is_empty());
         assert!(LightSources::NONE.left_out(&SceneNeeds::default()).is_empty());
+        let sky = SceneNeeds { environment: true, ..SceneNeeds::default() };
+        assert!(!LightSources::SCREEN.takes_any(&sky) && everything.takes_any(&sky));
+        assert!(LightSources::SCREEN.takes_any(&all) && !everything.takes_any(&SceneNeeds::default()));
     }
 }

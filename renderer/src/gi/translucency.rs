@@ -33,7 +33,7 @@ impl<'a> Translucency<'a> {
         let name = format!("transmitted_{}", index % 2);
         let sum = plan.texture_again(name, size, Format::Rgba32Float, "light that passes through translucent surfaces");
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
-        let lights = plan.scene_buffer("scene.lights", "the scene's lights");
+        let lights = plan.changing_scene_buffer("scene.lights", "the scene's lights");
         let run = translucency::Translucency {
             shadow_view: shadow_view(plan, index, view),
             depth: self.inputs.depth,

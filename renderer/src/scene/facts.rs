@@ -20,8 +20,6 @@ pub struct SceneFacts {
     pub far_shadow_layers: Vec<ShadowLayer>,
     /// One word per material: 1 if it receives indirect light but sends none. Empty if no material does.
     pub receive_only: Vec<u32>,
-    /// Whether neither meshes nor lights are animated.
-    pub still: bool,
     /// Extra cameras, which see light that the display's camera does not.
     pub extra_cameras: Vec<Camera>,
     /// Near plane of its cameras, scene units.
@@ -56,7 +54,6 @@ impl SceneFacts {
             shadow_layers: Vec::new(),
             far_shadow_layers: Vec::new(),
             receive_only,
-            still: scene.moves.objects.is_empty() && scene.moves.lights.is_empty(),
             extra_cameras: scene.extra_cameras.clone(),
             near: 0.0,
             bounds: [[0.0; 3]; 2],
@@ -79,6 +76,12 @@ impl SceneFacts {
         self.near = (diagonal(extent.focus) * 1e-4).max(f32::MIN_POSITIVE * 1e10);
         self.shadow_layers = shadow_layers(&lights, &extent, scene);
         self.far_shadow_layers = far_shadow_layers(&lights, &extent, scene);
+    }
+
+    /// These facts for a technique that takes no light: it does not matter which surfaces send some.
+    pub fn without_senders(&self) -> Self {
+        let needs = SceneNeeds { receive_only: false, ..self.needs };
+        Self { needs, receive_only: Vec::new(), ..self.clone() }
     }
 
     /// Whether some mesh is animated.

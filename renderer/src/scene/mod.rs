@@ -17,7 +17,7 @@ pub use buffers::{SceneBuffers, triangles};
 pub use emitters::EmittingTriangle;
 pub use facts::SceneFacts;
 pub use focus::{Extent, Sight};
-pub use motion::SceneMotion;
+pub use motion::{LIGHTS, OBJECTS, SceneMotion};
 pub use shadow::ShadowLayer;
 pub use shadow_views::{far_shadow_view, light_projections, shadow_entries, shadow_view};
 

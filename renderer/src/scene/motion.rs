@@ -1,7 +1,7 @@
 //! Updates of an animated scene before each frame.
 
 use glam::Mat4;
-use halflight_frame_graph::{CompiledGraph, Continuity, Gpu, View};
+use halflight_frame_graph::{CompiledGraph, Continuity, Gpu, Handle, View};
 use halflight_scenes::Scene;
 
 use super::{
@@ -10,6 +10,11 @@ use super::{
     shadow::{far_shadow_layers, shadow_layers},
     shadow_views,
 };
+
+/// Where objects are.
+pub const OBJECTS: Handle = Handle::only("scene.objects");
+/// Direction, position and intensity of the lights.
+pub const LIGHTS: Handle = Handle::only("scene.lights");
 
 /// The animated parts of an uploaded scene.
 pub struct SceneMotion<'a> {
@@ -44,9 +49,21 @@ impl<'a> SceneMotion<'a> {
         };
     }
 
-    /// Writes the matrices of objects and lights at `view.frame`, for the graph that records this view next.
-    pub fn write(&self, gpu: &Gpu, graph: &CompiledGraph, view: &View) {
+    /// Writes the matrices of objects and lights at `view.frame`, for the graph that records this view next. Returns what
+    /// differs from the last frame of that graph.
+    ///
+    /// The buffer of objects also has their motion since the previous frame. It may differ where no object has moved.
+    /// Only passes that depend on the previous frame read it, and these run in every frame.
+    pub fn write(&self, gpu: &Gpu, graph: &CompiledGraph, view: &View) -> Vec<Handle> {
         let pose = self.scene.pose(view.frame);
+        let last = graph.last_view().map(|last| self.scene.pose(last.frame));
+        let mut changed = Vec::new();
+        if last.as_ref().is_none_or(|last| last.objects != pose.objects) {
+            changed.push(OBJECTS);
+        }
+        if last.as_ref().is_none_or(|last| last.lights != pose.lights) {
+            changed.push(LIGHTS);
+        }
         if let Some(buffer) = &self.objects {
             // Without a valid previous frame any pose is correct.
             let before = graph.last_view().filter(|before| view.continues(before)).unwrap_or(*view);
@@ -58,10 +75,11 @@ impl<'a> SceneMotion<'a> {
                 .collect();
             gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&objects));
         }
-        let Some(buffer) = &self.lights else { return };
+        let Some(buffer) = &self.lights else { return changed };
         gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&lights(&pose.lights)));
         let layers = shadow_layers(&pose.lights, &self.extent, self.scene);
         let far = far_shadow_layers(&pose.lights, &self.extent, self.scene);
         graph.write_changed(gpu, |handle| shadow_views::contents(handle, &layers, &far));
+        changed
     }
 }

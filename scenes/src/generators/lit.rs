@@ -10,7 +10,13 @@ use crate::{Light, SceneNeeds};
 fn each_of_the_five_lights_lights_its_own_part_of_the_image() {
     let scene = bundled("lights");
     let needs = SceneNeeds::of(&scene);
-    assert_eq!((needs.directional_lights, needs.spot_lights, needs.point_lights), (1, 2, 2));
+    let count = |of: fn(&Light) -> bool| scene.lights.iter().filter(|&light| of(light)).count();
+    let kinds = [
+        count(|light| matches!(light, Light::Directional { .. })),
+        count(|light| matches!(light, Light::Spot { .. })),
+        count(|light| matches!(light, Light::Point { .. })),
+    ];
+    assert_eq!((kinds, needs.lights), ([1, 2, 2], 5));
     assert!(needs.open_meshes == 0 && needs.watertight_meshes == 5, "{needs:?}");
     let seen: Vec<_> = view(&scene, &scene.camera).into_iter().flatten().collect();
     let lit: Vec<Vec<bool>> =

@@ -21,7 +21,7 @@ fn sponza_loads_completely() {
     assert!(scene.warnings[0].ends_with("sponza.obj: 1 face of zero area was dropped"), "{:?}", scene.warnings);
     assert_eq!((scene.meshes.len(), scene.materials.len(), scene.textures.len()), (25, 25, 27));
     let needs = SceneNeeds::of(&scene);
-    let facts = (needs.alpha_tested, needs.textured, needs.emitters, needs.glossy, needs.directional_lights);
+    let facts = (needs.alpha_tested, needs.textured, needs.emitters, needs.glossy, needs.lights);
     assert_eq!(facts, (true, true, false, false, 1));
     for texture in &scene.textures {
         assert_eq!(texture.rgba.len(), 4 * texture.width as usize * texture.height as usize);

@@ -1,4 +1,4 @@
-// Scene data as passes read it. The Rust twin is renderer/src/scene/buffers.rs; a test compares the layouts.
+// Scene data as passes read it. The Rust twin is renderer/src/scene/buffers.rs.
 import package::common::math::octahedral_decode;
 
 struct Vertex {

@@ -154,7 +154,7 @@ fn plan_finest_froxels(
     let froxels = plan.buffer("columns", bytes, "froxels while triangles are drawn");
     let target = plan.texture("voxel_target", level.size, Gpu::DEPTH_FORMAT, "defines the size of the pass");
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
-    let objects = scene.animated().then(|| plan.scene_buffer("scene.objects", "objects are animated"));
+    let objects = scene.animated().then(|| plan.changing_scene_buffer("scene.objects", "objects are animated"));
     let mut first = true;
     for Raster { name, triangles, solid, alpha_masked: alpha_tested, reason } in rasters(scene, visibility) {
         let alpha_tested = alpha_tested.then(|| {

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use halflight_evaluator::experiment::session::{Frames, Request, Session};
-use halflight_frame_graph::{CompiledGraph, Externals, ResourceKind};
+use halflight_frame_graph::{Changed, CompiledGraph, Externals, ResourceKind};
 use halflight_native::images::{Rgb, luminance};
 use halflight_renderer::{
     gi::temporal::frames_until,
@@ -316,7 +316,7 @@ fn history_outlives_a_change_of_settings_but_not_of_size() {
             let mut view = camera_view(&scene.camera, size, facts.near);
             view.frame = frame;
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            recording.record(gpu, &mut encoder, &view);
+            recording.record(gpu, &mut encoder, &view, Changed::Anything);
             gpu.queue.submit([encoder.finish()]);
         }
         let plan = recording.plan();

@@ -139,9 +139,11 @@ fn no_texture_holds_nan_whatever_moves() {
             ],
         },
     ));
-    let empty = Scene { name: "empty".into(), ..Scene::default() };
+    let mut empty = Scene { name: "empty".into(), ..Scene::default() };
     let mut bright = lamp(3);
     bright.lights.push(Light::Point { position: [0.0, 1.5, 0.0], intensity: [1e30; 3] });
+    // An empty scene with light, because nothing is planned without.
+    empty.lights.push(scenes::sun());
     for scene in [moving, empty, bright, scenes::court()] {
         let session = Session::new(device(), &scene);
         for (size, start) in

@@ -1,0 +1,389 @@
+//! What each pass of a plan depends on, and therefore when it runs.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt,
+};
+
+use halflight_shared_shaders::BindingKind;
+use serde::Serialize;
+
+use super::{FramePlan, Handle, Pass, ResourceId, ResourceKind, Work};
+
+/// Something outside a plan that the results of its passes depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Dependency {
+    /// Position, direction, field of view or near plane of the camera.
+    Camera,
+    /// The frame number or the seed of random numbers.
+    Frame,
+    /// The results of the previous frame.
+    History,
+    /// State of the caller.
+    Handle(Handle),
+}
+
+impl fmt::Display for Dependency {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Camera => f.write_str("the camera"),
+            Self::Frame => f.write_str("the frame number"),
+            Self::History => f.write_str("the previous frame"),
+            Self::Handle(handle) => handle.fmt(f),
+        }
+    }
+}
+
+/// Kind and index, for example `light_view 2`. The index of the only one of its kind is left out.
+impl fmt::Display for Handle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.index {
+            Handle::ONLY => f.write_str(self.kind),
+            index => write!(f, "{} {index}", self.kind),
+        }
+    }
+}
+
+/// When a pass runs.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum When {
+    /// In the first frame: nothing that it depends on changes.
+    Once,
+    /// When one of these changes.
+    Changed(Vec<Dependency>),
+    /// In every frame, because this is different in every frame.
+    EveryFrame(Dependency),
+}
+
+impl fmt::Display for When {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Once => f.write_str("once"),
+            Self::EveryFrame(cause) => write!(f, "every frame: depends on {cause}"),
+            Self::Changed(causes) => {
+                f.write_str("when this changes: ")?;
+                for (index, cause) in causes.iter().enumerate() {
+                    write!(f, "{}{cause}", if index > 0 { ", " } else { "" })?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Why a pass ran in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// It had not run before.
+    First,
+    /// This has changed.
+    Changed(Dependency),
+    /// Its uniform block or a buffer of the plan has new numbers.
+    Numbers,
+    /// It was recorded for a measurement, outside of a frame.
+    Repeated,
+    /// The pass of this index ran, whose results it reads or continues.
+    Pass(usize),
+}
+
+/// A texture, one layer of it, or a buffer.
+type Place = (ResourceId, Option<u32>);
+
+/// The dependencies between the passes of a plan.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Dependencies {
+    /// What each pass reads that no pass writes.
+    pub(crate) direct: Vec<BTreeSet<Dependency>>,
+    /// The passes that must run in the same frame as each pass.
+    pub(crate) leads_to: Vec<Vec<usize>>,
+}
+
+impl Dependencies {
+    pub(crate) fn of(plan: &FramePlan) -> Self {
+        let writes: Vec<Vec<Place>> = plan.passes.iter().map(places_written).collect();
+        let reads: Vec<Vec<ResourceId>> = plan.passes.iter().map(|pass| pass.reads_and_writes().0).collect();
+        let mut leads_to = vec![BTreeSet::new(); plan.passes.len()];
+        for resource in (0..plan.resources.len()).map(ResourceId) {
+            link(resource, plan, &writes, &reads, &mut leads_to);
+        }
+        let mut direct: Vec<_> = plan.passes.iter().map(|pass| direct(plan, pass)).collect();
+        for (pass, read) in reads.iter().enumerate() {
+            let written =
+                |passes: &[Vec<Place>], id: ResourceId| passes.iter().flatten().any(|&(other, _)| other == id);
+            // Nothing has written it yet in this frame.
+            if read.iter().any(|&id| written(&writes[pass..], id) && !written(&writes[..pass], id)) {
+                direct[pass].insert(Dependency::History);
+            }
+        }
+        Self { direct, leads_to: leads_to.into_iter().map(|next| next.into_iter().collect()).collect() }
+    }
+
+    /// Adds to `due`, which has the passes of `first`, all that must run with them.
+    pub(crate) fn spread(&self, due: &mut [Option<Cause>], first: &mut Vec<usize>) {
+        while let Some(pass) = first.pop() {
+            for &next in &self.leads_to[pass] {
+                if due[next].is_none() {
+                    due[next] = Some(Cause::Pass(pass));
+                    first.push(next);
+                }
+            }
+        }
+    }
+}
+
+/// Adds what one resource demands: a pass runs when a pass has run whose results it reads, and when its own inputs would
+/// otherwise be lost.
+fn link(
+    resource: ResourceId,
+    plan: &FramePlan,
+    writes: &[Vec<Place>],
+    reads: &[Vec<ResourceId>],
+    leads_to: &mut [BTreeSet<usize>],
+) {
+    let written = |pass: usize| writes[pass].iter().filter(move |(id, _)| *id == resource).map(|(_, part)| *part);
+    let writers = (0..writes.len()).flat_map(|pass| written(pass).map(move |part| (part, pass)));
+    let mut by_part: BTreeMap<Option<u32>, Vec<usize>> = BTreeMap::new();
+    for (part, pass) in writers {
+        by_part.entry(part).or_default().push(pass);
+    }
+    if by_part.contains_key(&None) {
+        // A pass that writes all of it has to do with every part.
+        let mut all: Vec<usize> = std::mem::take(&mut by_part).into_values().flatten().collect();
+        all.sort_unstable();
+        by_part.insert(None, all);
+    }
+    let is_output = plan.outputs.values().any(|&id| id == resource);
+    let readers: Vec<usize> = (0..reads.len()).filter(|&pass| reads[pass].contains(&resource)).collect();
+    for writers in by_part.into_values() {
+        link_part(&Contents::of(plan, resource, &writers), &readers, is_output, leads_to);
+    }
+}
+
+/// The passes that write one place, in order, each with the version of the contents that it leaves or continues.
+struct Contents {
+    writers: Vec<(usize, usize)>,
+}
+
+impl Contents {
+    fn of(plan: &FramePlan, resource: ResourceId, writers: &[usize]) -> Self {
+        let mut version = 0;
+        let numbered = writers.iter().enumerate().map(|(index, &pass)| {
+            version += usize::from(index > 0 && plan.passes[pass].starts_anew(resource));
+            (pass, version)
+        });
+        Self { writers: numbered.collect() }
+    }
+
+    /// Passes of a version.
+    fn of_version(&self, wanted: usize) -> impl Iterator<Item = usize> {
+        self.writers.iter().filter(move |(_, version)| *version == wanted).map(|&(pass, _)| pass)
+    }
+}
+
+fn link_part(contents: &Contents, readers: &[usize], is_output: bool, leads_to: &mut [BTreeSet<usize>]) {
+    let Some(&(last, newest)) = contents.writers.last() else { return };
+    let mut connect = |from: usize, to: usize| {
+        if from != to {
+            leads_to[from].insert(to);
+        }
+    };
+    for &(pass, version) in &contents.writers {
+        // Passes of one version continue each other's work.
+        contents.of_version(version).for_each(|other| connect(pass, other));
+        if is_output {
+            // Callers see the last version.
+            contents.of_version(newest).for_each(|other| connect(pass, other));
+        }
+    }
+    for &reader in readers {
+        let seen = contents.writers.iter().rev().find(|&&(pass, _)| pass < reader);
+        for writer in seen.into_iter().flat_map(|&(_, version)| contents.of_version(version)) {
+            connect(writer, reader);
+            // Other passes write the same place before or after, so the inputs may be gone in the next frame.
+            if reader < last || newest > 0 {
+                connect(reader, writer);
+            }
+        }
+    }
+}
+
+/// What a pass writes: of arrays the layer, where it is known.
+fn places_written(pass: &Pass) -> Vec<Place> {
+    let (_, written) = pass.reads_and_writes();
+    let layer = |id: ResourceId| match pass.work {
+        Work::Draw { depth: (target, layer), .. } if target == id => Some(layer),
+        _ => pass.parts.iter().find(|(part_of, _)| *part_of == id).map(|&(_, part)| part),
+    };
+    let cleared = pass.cleared.iter().filter(|id| !written.contains(id)).copied().collect::<Vec<_>>();
+    written.into_iter().chain(cleared).map(|id| (id, layer(id))).collect()
+}
+
+/// What a pass reads from outside the plan.
+fn direct(plan: &FramePlan, pass: &Pass) -> BTreeSet<Dependency> {
+    let mut found = BTreeSet::new();
+    let shaders = match &pass.work {
+        Work::Draw { draws, .. } => draws.iter().map(|draw| draw.shader).collect(),
+        _ => vec![pass.shader],
+    };
+    for binding in shaders.iter().flat_map(|shader| shader.entry_points).flat_map(|entry| entry.bindings) {
+        match (&binding.kind, binding.name) {
+            (BindingKind::Uniform { members, .. }, "view") => {
+                for member in members.iter().filter(|member| member.read) {
+                    match member.name {
+                        "frame" | "seed" => drop(found.insert(Dependency::Frame)),
+                        _ => drop(found.insert(Dependency::Camera)),
+                    }
+                }
+            }
+            (BindingKind::Uniform { .. }, "previous") => drop(found.insert(Dependency::History)),
+            _ => {}
+        }
+    }
+    let has_history = |id: ResourceId| {
+        plan.resources.iter().any(|other| matches!(other.kind, ResourceKind::Previous { of, .. } if of == id))
+    };
+    for &(_, id) in &pass.bindings {
+        match &plan.resources[id.0].kind {
+            ResourceKind::Previous { .. } => drop(found.insert(Dependency::History)),
+            ResourceKind::External { handle } | ResourceKind::Data { handle, .. } => {
+                found.extend(handle.map(Dependency::Handle));
+            }
+            // The two textures of a history swap roles after every frame.
+            ResourceKind::Texture { .. } if has_history(id) => drop(found.insert(Dependency::History)),
+            ResourceKind::Texture { .. } | ResourceKind::Buffer { .. } => {}
+        }
+    }
+    found
+}
+
+impl FramePlan {
+    /// When each pass runs.
+    pub fn schedule(&self) -> Vec<When> {
+        let dependencies = Dependencies::of(self);
+        let mut all = vec![BTreeSet::new(); self.passes.len()];
+        for (pass, direct) in dependencies.direct.iter().enumerate() {
+            let mut due = vec![None; self.passes.len()];
+            due[pass] = Some(Cause::First);
+            dependencies.spread(&mut due, &mut vec![pass]);
+            for (reached, _) in due.iter().enumerate().filter(|(_, cause)| cause.is_some()) {
+                all[reached].extend(direct.iter().copied());
+            }
+        }
+        let when = |causes: BTreeSet<Dependency>| {
+            let every = [Dependency::History, Dependency::Frame].into_iter().find(|cause| causes.contains(cause));
+            match every {
+                Some(cause) => When::EveryFrame(cause),
+                None if causes.is_empty() => When::Once,
+                None => When::Changed(causes.into_iter().collect()),
+            }
+        };
+        all.into_iter().map(when).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use halflight_shared_shaders::{Call, composite::Composite, reflective_shadow_maps::keep, sky::Sky};
+    use wgpu::TextureFormat as Format;
+
+    use super::*;
+    use crate::plan::Part;
+
+    const SIZE: [u32; 2] = [4, 4];
+
+    fn texture(plan: &mut FramePlan, name: &str) -> ResourceId {
+        plan.texture(name, SIZE, Format::Rgba32Float, "test")
+    }
+
+    /// A pass that reads two textures and writes one. `overwrites` tells whether it replaces all of it.
+    fn pass(plan: &mut FramePlan, name: &str, reads: [ResourceId; 2], writes: ResourceId, overwrites: bool) {
+        let composite = Composite {
+            direct: reads[0],
+            albedo: reads[1],
+            indirect: reads[0],
+            final_image: writes,
+            float16: false,
+            glossy: None,
+            transmitted: None,
+        };
+        let pass = plan.pass(Part::Technique, name, composite);
+        if overwrites { pass.overwrites(writes) } else { pass }.over(SIZE);
+    }
+
+    /// Names of the passes that run with this one.
+    fn with(plan: &FramePlan, first: &str) -> Vec<String> {
+        let index = plan.passes.iter().position(|pass| pass.name == first).expect("a pass");
+        let mut due = vec![None; plan.passes.len()];
+        due[index] = Some(Cause::First);
+        Dependencies::of(plan).spread(&mut due, &mut vec![index]);
+        plan.passes.iter().zip(due).filter(|(_, due)| due.is_some()).map(|(pass, _)| pass.name.clone()).collect()
+    }
+
+    #[test]
+    fn readers_follow_writers_and_not_the_other_way() {
+        let mut plan = FramePlan::new(SIZE);
+        let [given, a, b] = ["given", "a", "b"].map(|name| texture(&mut plan, name));
+        pass(&mut plan, "first", [given; 2], a, false);
+        pass(&mut plan, "second", [a; 2], b, false);
+        assert_eq!(with(&plan, "first"), ["first", "second"]);
+        assert_eq!(with(&plan, "second"), ["second"], "its input is still there");
+    }
+
+    #[test]
+    fn passes_that_write_into_the_same_contents_run_together() {
+        let mut plan = FramePlan::new(SIZE);
+        let [given, a, b] = ["given", "a", "b"].map(|name| texture(&mut plan, name));
+        pass(&mut plan, "first", [given; 2], a, false);
+        pass(&mut plan, "between", [a; 2], b, false);
+        // Writes where there is no surface.
+        let environment = plan.scene_buffer("scene.environment", "test");
+        plan.pass(Part::Direct, "sky", Sky { depth: given, environment, direct: a }).over(SIZE);
+        let all = ["first", "between", "sky"];
+        assert_eq!(with(&plan, "first"), all);
+        assert_eq!(with(&plan, "between"), all, "the contents that it read have been written over");
+        assert_eq!(with(&plan, "sky"), all);
+    }
+
+    #[test]
+    fn contents_that_are_replaced_are_made_again_for_their_own_readers() {
+        let mut plan = FramePlan::new(SIZE);
+        let [given, scratch, b, c] = ["given", "scratch", "b", "c"].map(|name| texture(&mut plan, name));
+        for (number, result) in [(0, b), (1, c)] {
+            pass(&mut plan, &format!("draw_{number}"), [given; 2], scratch, true);
+            pass(&mut plan, &format!("use_{number}"), [scratch; 2], result, false);
+        }
+        assert_eq!(with(&plan, "draw_0"), ["draw_0", "use_0"]);
+        assert_eq!(with(&plan, "use_0"), ["draw_0", "use_0"]);
+        assert_eq!(with(&plan, "use_1"), ["draw_1", "use_1"], "the first pass may have run alone before");
+        // A caller who reads the texture after a frame expects its last contents.
+        plan.outputs.insert("image", scratch);
+        assert_eq!(with(&plan, "draw_0"), ["draw_0", "use_0", "draw_1", "use_1"]);
+    }
+
+    #[test]
+    fn parts_of_a_buffer_are_independent() {
+        let mut plan = FramePlan::new(SIZE);
+        let [rsm_position, light] = ["position", "light"].map(|name| texture(&mut plan, name));
+        let light_pyramid = plan.buffer("parts", 64, "test");
+        for index in 0..2 {
+            let params = keep::Params { first: index };
+            let call: Call<ResourceId> = keep::Keep { rsm_position, light, light_pyramid, params }.into();
+            plan.pass(Part::Technique, format!("keep_{index}"), call).writes_part(light_pyramid, index).over(SIZE);
+        }
+        assert_eq!(with(&plan, "keep_0"), ["keep_0"]);
+        plan.passes[1].parts.clear();
+        assert_eq!(with(&plan, "keep_0"), ["keep_0", "keep_1"], "one of them may write all of it");
+    }
+
+    #[test]
+    fn what_is_read_before_it_is_written_comes_from_the_previous_frame() {
+        let mut plan = FramePlan::new(SIZE);
+        let [given, a, b] = ["given", "a", "b"].map(|name| texture(&mut plan, name));
+        pass(&mut plan, "reads", [a; 2], b, false);
+        pass(&mut plan, "writes", [given; 2], a, false);
+        assert_eq!(plan.schedule()[0], When::EveryFrame(Dependency::History));
+        assert_eq!(plan.schedule()[1], When::Once);
+    }
+}

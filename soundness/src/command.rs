@@ -36,7 +36,7 @@ struct Arguments {
     /// Also run this many random scenes, cameras, sizes and settings.
     #[arg(long, value_name = "COUNT")]
     random: Option<usize>,
-    /// Also read this many damaged models, materials, scenes, grids and presets.
+    /// Also read this many damaged models, materials, skies, scenes, grids and presets.
     #[arg(long, value_name = "COUNT")]
     fuzz: Option<u64>,
     /// Seed of --random and --fuzz.

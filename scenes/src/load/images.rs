@@ -2,23 +2,42 @@
 
 use std::io::Cursor;
 
-use image::{DynamicImage, ImageFormat, ImageReader};
+use image::{DynamicImage, ImageError, ImageFormat, ImageReader};
 
 use super::faces::decoded;
 use crate::Texture;
 
+/// Number of texels that any file may have: 4,096 x 4,096.
+const MOST_FREE: u64 = 1 << 24;
+
+/// Texels for each byte of a larger file. A uniform PNG file of one bit per texel has some 8,000; a larger uniform file
+/// than [`MOST_FREE`] that has more can only be WebP.
+const DENSEST: u64 = 1 << 14;
+
 /// The image, with a note if it is not whole; or why it cannot be used. `path` only tells the format of a file without a
 /// signature.
 pub(super) fn decode(bytes: &[u8], path: &str) -> Result<(DynamicImage, Option<String>), String> {
-    let mut image = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
-    if image.format().is_none() {
-        // TGA files have no signature; only the file name identifies them.
-        if let Ok(format) = ImageFormat::from_path(path) {
-            image.set_format(format);
+    let reader = || {
+        let mut image =
+            ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
+        if image.format().is_none() {
+            // TGA files have no signature; only the file name identifies them.
+            if let Ok(format) = ImageFormat::from_path(path) {
+                image.set_format(format);
+            }
         }
+        Ok::<_, String>(image)
+    };
+    let undecoded = |error: ImageError| format!("cannot be decoded ({error})");
+    // A damaged size must not become an allocation.
+    let (width, height) = reader()?.into_dimensions().map_err(undecoded)?;
+    let texels = u64::from(width) * u64::from(height);
+    if texels > MOST_FREE && texels / DENSEST > bytes.len() as u64 {
+        return Err(format!("cannot be decoded ({} bytes do not hold {width} x {height} texels)", bytes.len()));
     }
+    let image = reader()?;
     let cut_off = image.format() == Some(ImageFormat::Jpeg) && !has_end(bytes);
-    let image = image.decode().map_err(|error| format!("cannot be decoded ({error})"))?;
+    let image = image.decode().map_err(undecoded)?;
     if image.width() == 0 || image.height() == 0 {
         return Err("has no pixels".into());
     }
@@ -213,6 +232,14 @@ mod tests {
         // A JPEG file may have anything behind its end.
         let longer = [&encoded(64, Jpeg)[..], b"trailer"].concat();
         assert!(matches!(decode(&longer, "a.jpg"), Ok((_, None))));
+    }
+
+    #[test]
+    fn a_size_that_the_file_cannot_hold_is_refused() {
+        let mut bytes = encoded(8, ImageFormat::Bmp);
+        bytes[18..26].copy_from_slice(&[8192_u32, 8192].map(u32::to_le_bytes).concat());
+        let why = decode(&bytes, "a.bmp").expect_err("it is damaged");
+        assert!(why.contains("bytes do not hold 8192 x 8192 texels"), "{why}");
     }
 
     #[test]

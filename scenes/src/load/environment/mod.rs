@@ -97,15 +97,31 @@ mod tests {
             (8, 4),
             exr::prelude::SpecificChannels::rgb(|p: exr::math::Vec2<usize>| (p.0 as f32, p.1 as f32, 1.0)),
         );
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        image.write().to_buffered(&mut bytes).expect("a small image");
-        let exr = bytes.into_inner();
+        let written = |image: &dyn Fn(&mut std::io::Cursor<Vec<u8>>) -> exr::error::UnitResult| {
+            let mut bytes = std::io::Cursor::new(Vec::new());
+            image(&mut bytes).expect("a small image");
+            bytes.into_inner()
+        };
+        let exr = written(&|bytes| image.write().to_buffered(bytes));
+        // The differences of its numbers wrap where they are damaged.
+        let halves = exr::image::Image::from_encoded_channels(
+            (8, 4),
+            exr::prelude::Encoding {
+                compression: exr::prelude::Compression::B44,
+                blocks: exr::prelude::Blocks::ScanLines,
+                line_order: exr::prelude::LineOrder::Increasing,
+            },
+            exr::prelude::SpecificChannels::rgb(|p: exr::math::Vec2<usize>| {
+                [p.0 as f32, p.1 as f32, 1.0].map(exr::prelude::f16::from_f32).into()
+            }),
+        );
+        let b44 = written(&|bytes| halves.write().to_buffered(bytes));
         let new_runs = [2, 2, 0, 8].into_iter().chain([136, 7, 136, 8, 3, 1, 2, 3, 133, 9, 136, 128]);
         let old_runs = [5, 6, 7, 128, 1, 1, 1, 7, 9, 9, 9, 120, 1, 1, 1, 2, 8, 8, 8, 1, 1, 1, 1, 4];
         let header = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\n\n-Y 3 +X 8\n".to_vec();
         let hdr: Vec<u8> = header.into_iter().chain(new_runs.clone()).chain(new_runs).chain(old_runs).collect();
         let (mut read, mut refused) = (0, 0);
-        for good in [exr, hdr] {
+        for good in [exr, b44, hdr] {
             assert!(decode(&good).is_ok(), "{:?}", decode(&good).err());
             let mut random = 1_u32;
             let mut next = |below: usize| {

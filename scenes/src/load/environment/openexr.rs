@@ -16,14 +16,7 @@ type Part = Layer<AnyChannels<FlatSamples>>;
 /// left out.
 pub(super) fn decode(bytes: &[u8]) -> Result<([usize; 2], Vec<[f32; 3]>), String> {
     let unreadable = |error: exr::error::Error| format!("is not a readable EXR image ({error})");
-    // A damaged size must not become an allocation.
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(unreadable)?;
-    for header in &meta.headers {
-        area([header.layer_size.0, header.layer_size.1])?;
-        if header.deep {
-            return Err("has deep pixels".into());
-        }
-    }
+    check(&MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(unreadable)?, bytes.len())?;
     let image = exr_read()
         .no_deep_data()
         .largest_resolution_level()
@@ -56,6 +49,39 @@ pub(super) fn decode(bytes: &[u8]) -> Result<([usize; 2], Vec<[f32; 3]>), String
         }
     }
     Ok((size, texels))
+}
+
+/// A file's pixels may take this many times its size in memory. DWA makes a constant image some 10,000 times smaller, and
+/// no other compression more than 1,400 times.
+const DENSEST: usize = 1 << 14;
+
+/// Largest display window, in texels, that may be nearly empty: 4,096 x 2,048.
+const MOST_EMPTY: usize = 1 << 23;
+
+/// A larger display window has data for at least one in so many of its texels.
+const SPARSEST: usize = 64;
+
+/// Refuses headers whose sizes the file cannot hold: a damaged size must not become an allocation.
+fn check(meta: &MetaData, length: usize) -> Result<(), String> {
+    let (mut chunks, mut pixels) = (0_usize, 0_usize);
+    for header in &meta.headers {
+        if header.deep {
+            return Err("has deep pixels".into());
+        }
+        let stored = area([header.layer_size.0, header.layer_size.1])?;
+        chunks = chunks.saturating_add(header.chunk_count);
+        pixels = pixels.saturating_add(stored.saturating_mul(header.channels.bytes_per_pixel));
+        let window = header.shared_attributes.display_window.size;
+        let shown = area([window.0, window.1])?;
+        if shown > MOST_EMPTY && shown / SPARSEST > stored {
+            return Err(format!("shows {} x {} texels and has data for {stored} of them", window.0, window.1));
+        }
+    }
+    // A table has the offset of each chunk, a number of eight bytes.
+    if chunks > length / 8 || pixels / DENSEST > length {
+        return Err("is cut off".into());
+    }
+    Ok(())
 }
 
 /// Indices of a part's red, green and blue: channels R, G and B, alone or of one layer (`sky.R`), else luminance Y.
@@ -142,6 +168,32 @@ mod tests {
         assert_eq!(decode(&bytes(vec![part("grey", &["Y"])], None)).expect("luminance").1[3], [3.0; 3]);
         let why = decode(&bytes(vec![mask, part("depth", &["Z"])], None)).expect_err("no colours");
         assert!(why.contains("A in the part `mask`; Z in the part `depth`") && why.contains("R, G and B"), "{why}");
+    }
+
+    #[test]
+    fn sizes_that_the_file_cannot_hold_are_refused() {
+        let good = bytes(vec![part("a", &["B", "G", "R"])], None);
+        let resized = |attribute: &str, size: [i32; 2]| {
+            let name = format!("{attribute}\0box2i\0");
+            let at = good.windows(name.len()).position(|window| window == name.as_bytes()).expect("it is written");
+            // The length of the value and the lowest x and y come first.
+            let at = at + name.len() + 12;
+            let mut bytes = good.clone();
+            bytes[at..at + 8].copy_from_slice(&size.map(|x| (x - 1).to_le_bytes()).concat());
+            bytes
+        };
+        assert_eq!(resized("dataWindow", [4, 2]), good);
+        // 1.5 GB of pixels, a table of as many chunks, and 1.5 GB of black around eight pixels.
+        for (bytes, why) in [
+            (resized("dataWindow", [1 << 26, 2]), "cut off"),
+            (resized("dataWindow", [4, 1 << 20]), "cut off"),
+            (resized("displayWindow", [1 << 14, 1 << 13]), "shows 16384 x 8192 texels and has data for 8 of them"),
+            (resized("displayWindow", [1 << 14, 1 << 14]), "texels, more than"),
+        ] {
+            let sentence = decode(&bytes).expect_err(why);
+            assert!(sentence.contains(why), "{sentence}");
+        }
+        assert_eq!(decode(&resized("displayWindow", [4096, 2048])).expect("a small part of a map").0, [4096, 2048]);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use glam::{DMat3, DMat4, DQuat, DVec3, EulerRot};
 
 use super::super::camera::View;
 use super::Source;
-use super::tree::{Placed, Pose, local};
+use super::tree::{LARGEST, Placed, Pose, in_range, local};
 use crate::{Keyframe, Motion};
 
 /// Frames per second of an animation.
@@ -20,6 +20,9 @@ const RATE: f32 = 30.0;
 
 /// Last frame that is read: five minutes.
 const LAST: u32 = 9000;
+
+/// Most frames between two keyframes.
+const LONGEST: usize = 300;
 
 /// The values of one property over time.
 struct Curve {
@@ -92,11 +95,11 @@ impl<'a> Animation<'a> {
         if !self.moves[index] {
             return None;
         }
-        let motion = self.sampled(index, Some).and_then(|worlds| motion(self.nodes[index].to_world, &worlds));
+        let motion = self.sampled(index, in_range).and_then(|worlds| motion(self.nodes[index].to_world, &worlds));
         if motion.is_none() {
             source
                 .notes
-                .add("animations that mirror, flatten or shear something are not drawn; it stays in its rest pose");
+                .add("animations that mirror, flatten or shear something, or move it out of range, are not drawn; it stays in its rest pose");
         }
         motion
     }
@@ -106,7 +109,7 @@ impl<'a> Animation<'a> {
         if !self.moves[index] {
             return Vec::new();
         }
-        let view = |world| Some(View::of_node(world, 0.0)?.eye_and_target());
+        let view = |world: DMat4| Some(View::of_node(in_range(world)?, 0.0)?.eye_and_target());
         let Some(views) = self.sampled(index, view) else { return Vec::new() };
         // Relative to the first eye, so that float32 is enough to compare them.
         let relative = |p: DVec3| (p - views[0][0]).as_vec3().to_array();
@@ -219,11 +222,11 @@ fn posed(node: &::gltf::Node, curves: &[Curve], time: f32) -> DMat4 {
     pose.matrix()
 }
 
-/// A matrix as a rotation after factors along the axes, all above 0.
+/// A matrix as a rotation after factors along the axes, all above 0 and in range.
 fn rotation_and_scale(linear: DMat3) -> Option<(DQuat, DVec3)> {
     let columns = [linear.x_axis, linear.y_axis, linear.z_axis];
     let scale = columns.map(DVec3::length);
-    if linear.determinant() <= 0.0 || scale.iter().any(|&s| s < 1e-6) {
+    if linear.determinant() <= 0.0 || scale.iter().any(|s| !(1e-6..=LARGEST).contains(s)) {
         return None;
     }
     let [x, y, z] = [0, 1, 2].map(|i| columns[i] / scale[i]);
@@ -252,27 +255,33 @@ fn nearest_angles(rotation: DQuat, before: [f32; 3]) -> [f32; 3] {
 /// The keyframes without those that linear interpolation between their neighbours gives, too.
 fn without_linear(keys: Vec<Keyframe>) -> Vec<Keyframe> {
     let numbers = |key: &Keyframe| [key.translate, key.rotate_degrees, key.scale];
+    let linear = |start: usize, end: usize| {
+        let (a, b) = (numbers(&keys[start]), numbers(&keys[end]));
+        (start + 1..end).all(|i| {
+            let t = (i - start) as f32 / (end - start) as f32;
+            let own = numbers(&keys[i]);
+            (0..9).all(|k| {
+                let (a, b, own) = (a[k / 3][k % 3], b[k / 3][k % 3], own[k / 3][k % 3]);
+                let size = a.abs().max(b.abs()).max(1e-3);
+                (a + t * (b - a) - own).abs() <= 1e-5 * size
+            })
+        })
+    };
     let mut kept: Vec<Keyframe> = Vec::new();
     let mut start = 0;
     while start < keys.len() {
         kept.push(keys[start]);
-        // The farthest key to which all keys between are linear.
-        let mut end = start + 1;
-        while end + 1 < keys.len() {
-            let (a, b) = (numbers(&keys[start]), numbers(&keys[end + 1]));
-            let linear = (start + 1..=end).all(|i| {
-                let t = (i - start) as f32 / (end + 1 - start) as f32;
-                let own = numbers(&keys[i]);
-                (0..9).all(|k| {
-                    let (a, b, own) = (a[k / 3][k % 3], b[k / 3][k % 3], own[k / 3][k % 3]);
-                    let size = a.abs().max(b.abs()).max(1e-3);
-                    (a + t * (b - a) - own).abs() <= 1e-5 * size
-                })
-            });
-            if !linear || end - start > 300 {
-                break;
+        // The farthest key to which all keys between are linear: steps grow until one is too far, then shrink. Trying one
+        // key after another would take seconds for minutes of a motion.
+        let last = (start + LONGEST).min(keys.len() - 1);
+        let (mut end, mut step, mut grows) = (start + 1, 1, true);
+        while step > 0 {
+            if end + step <= last && linear(start, end + step) {
+                end += step;
+            } else {
+                grows = false;
             }
-            end += 1;
+            step = if grows { 2 * step } else { step / 2 };
         }
         start = end;
     }

@@ -17,6 +17,14 @@ pub(super) struct Placed<'a> {
 /// Deepest nesting of nodes. Deeper files are damaged or made to harm.
 const DEEPEST: usize = 1000;
 
+/// Largest number in a transform, scene units or factors. Products of larger ones leave the range of float32.
+pub(super) const LARGEST: f64 = 1e30;
+
+/// The transform, if its numbers are finite and in range.
+pub(super) fn in_range(matrix: DMat4) -> Option<DMat4> {
+    matrix.to_cols_array().iter().all(|x| x.abs() <= LARGEST).then_some(matrix)
+}
+
 /// A node's transform in parts.
 #[derive(Clone, Copy)]
 pub(super) struct Pose {
@@ -54,10 +62,9 @@ pub(super) fn placed<'a>(
             continue;
         }
         let before = parent.map_or(to_world, |parent: usize| list[parent].to_world);
-        let to_world = before * local(&node);
-        if !to_world.is_finite() {
-            return Err(format!("has a transform that is not finite at node {}; export the model again", node.index()));
-        }
+        let to_world = in_range(before * local(&node)).ok_or_else(|| {
+            format!("has a transform that is too large or not finite at node {}; export the model again", node.index())
+        })?;
         let index = list.len();
         let children: Vec<_> = node.children().collect();
         waiting.extend(children.into_iter().rev().map(|child| (child, Some(index), depth + 1)));

@@ -66,6 +66,13 @@ fn animated_nodes_become_moves() {
     let mirrored = animated("scale", "LINEAR", &[[1.0; 4], [-1.0, 1.0, 1.0, 0.0]], "");
     assert!(mirrored.moves.is_empty());
     assert_warns(&mirrored, &["m.glb:", "mirror", "rest pose"]);
+    // Float32 has no such positions, and no factors between such sizes.
+    let far = animated("translation", "LINEAR", &[[0.0; 4], [3e38; 4]], r#","scale":[9,9,9]"#);
+    let grown = animated("scale", "LINEAR", &[[1e-30; 4], [3e38; 4]], "");
+    for scene in [far, grown] {
+        assert!(scene.moves.is_empty(), "{:?}", scene.moves);
+        assert_warns(&scene, &["m.glb:", "out of range", "rest pose"]);
+    }
 }
 
 #[test]

@@ -49,6 +49,17 @@ fn what_cannot_be_read_is_refused_with_one_sentence() {
         (replaced(r#""count":3"#, r#""count":4"#), ["reaches beyond its buffer view", ""]),
         (replaced(r#""byteLength":36"#, r#""byteLength":9999"#), ["beyond its buffer", ""]),
         (replaced(r#""version":"2.0""#, r#""version":"1.0""#), ["version 1.0", "only version 2"]),
+        (
+            with(r#""scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,"children":[1]},{"translation":[0,2e38,0]}]"#),
+            ["a transform that is too large or not finite at node 1", "export"],
+        ),
+        (
+            replaced(
+                r#"{"bufferView":0,"count":3,"#,
+                r#"{"sparse":{"count":1,"indices":{"bufferView":0,"componentType":5125},"values":{"bufferView":0}},"count":2000000,"#,
+            ),
+            ["accessor 0 has no data", ""],
+        ),
     ] {
         let sentence = refusal(&[("dir/m.glb", &bytes)], "dir/m.glb");
         assert_says(&sentence, &["dir/m.glb", parts[0], parts[1]]);

@@ -1,6 +1,6 @@
-//! Valid files of every kind, and damage to them.
+//! Valid text files, and damage to them.
 
-use super::{READERS, Reader};
+use super::edits::{any, below, edit_lines, replace_word};
 use crate::oracle::Random;
 
 /// A valid model.
@@ -19,6 +19,15 @@ pub(super) const SCENE: &str = "name = \"fuzzed\"\n[[model]]\npath = \"m.obj\"\n
                      [[light]]\nkind = \"spot\"\nposition = [0.0, 1.95, 0.0]\ndirection = [0.15, -1.0, 0.1]\n\
                      intensity = [4.0, 3.7, 3.2]\nhalf_angle_degrees = 40.0\nfull_intensity_half_angle_degrees = 35.0\n\
                      [[light]]\nkind = \"directional\"\ndirection = [0.3, -1.0, 0.1]\nirradiance = [10.0, 9.5, 8.5]\n";
+/// A scene with a glTF model, whose camera and lights it takes.
+pub(super) const MODEL_SCENE: &str = "[[model]]\npath = \"m.gltf\"\ntransform = { translate = [5.0, 1.0, 0.0], \
+                     rotate_degrees = [0.0, 90.0, 10.0], scale = 2.0 }\n";
+/// A scene under an OpenEXR sky.
+pub(super) const EXR_SCENE: &str = "[[model]]\npath = \"m.obj\"\n[camera]\neye = [0.0, 1.0, 5.0]\n\
+                     target = [0.0, 0.5, 0.0]\n[environment]\nmap = \"sky.exr\"\n";
+/// A scene under a Radiance sky.
+pub(super) const HDR_SCENE: &str = "[[model]]\npath = \"m.obj\"\n[camera]\neye = [0.0, 1.0, 5.0]\n\
+                     target = [0.0, 0.5, 0.0]\n[environment]\nmap = \"sky.hdr\"\n";
 /// A valid grid.
 pub(super) const GRID: &str = "preset = \"soler2009_fig6\"\nscenes = [\"a.toml\", \"b.toml\"]\nsize = [\"64x36\", \"1280x720\"]\nframes = 3\n\
                     seed = 7\ndirect = \"truth\"\ntruth_samples = 16\ntruth_rel_error = 0.5\ntemporal = false\n[[sweep]]\n\
@@ -123,17 +132,12 @@ const WORDS: &[&str] = &[
     "1.2.3",
 ];
 
-/// A random whole number below `most`.
-pub(super) fn below(random: &mut Random, most: usize) -> usize {
-    ((random.unit() * most as f64) as usize).min(most.saturating_sub(1))
-}
+/// The valid files, parts of which damage others.
+const FILES: [&str; 5] = [OBJ, MTL, SCENE, GRID, PRESET];
 
-/// A damaged file: a valid one with some edits of bytes, words and lines, or only noise.
-pub(super) fn damaged(random: &mut Random, reader: Reader) -> Vec<u8> {
-    if below(random, 20) == 0 {
-        return (0..below(random, 300)).map(|_| below(random, 256) as u8).collect();
-    }
-    let mut bytes = reader.good().as_bytes().to_vec();
+/// A damaged copy of a valid file.
+pub(super) fn damaged(random: &mut Random, good: &[u8]) -> Vec<u8> {
+    let mut bytes = good.to_vec();
     for _ in 0..=below(random, 5) {
         let at = below(random, bytes.len().max(1));
         match below(random, 10) {
@@ -147,40 +151,13 @@ pub(super) fn damaged(random: &mut Random, reader: Reader) -> Vec<u8> {
             4 => edit_lines(&mut bytes, random),
             5 => {
                 // A part of another file.
-                let other = READERS[below(random, READERS.len())].good().as_bytes();
+                let other = any(random, &FILES).as_bytes();
                 let from = below(random, other.len());
                 let to = (from + below(random, 60)).min(other.len());
                 drop(bytes.splice(at.min(bytes.len())..at.min(bytes.len()), other[from..to].iter().copied()));
             }
-            _ => replace_word(&mut bytes, random),
+            _ => replace_word(&mut bytes, random, WORDS),
         }
     }
     bytes
-}
-
-/// Duplicates, deletes or swaps lines.
-fn edit_lines(bytes: &mut Vec<u8>, random: &mut Random) {
-    let mut lines: Vec<Vec<u8>> = bytes.split(|&b| b == b'\n').map(<[u8]>::to_vec).collect();
-    let (a, b) = (below(random, lines.len()), below(random, lines.len()));
-    match below(random, 3) {
-        0 => drop(lines.remove(a)),
-        1 => lines.swap(a, b),
-        _ => {
-            let line = lines[a].clone();
-            // Sometimes many copies of one line, which reveals quadratic run time.
-            let times = if below(random, 50) == 0 { 500 } else { 1 };
-            (0..times).for_each(|_| lines.insert(b, line.clone()));
-        }
-    }
-    *bytes = lines.join(&b'\n');
-}
-
-/// Replaces one word by another: a number, a key or punctuation.
-fn replace_word(bytes: &mut Vec<u8>, random: &mut Random) {
-    let part = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'.' | b'-' | b'_' | b'/');
-    let at = below(random, bytes.len().max(1));
-    let Some(begin) = (at..bytes.len()).find(|&i| part(bytes[i])) else { return };
-    let begin = (0..=begin).rev().take_while(|&i| part(bytes[i])).last().unwrap_or(begin);
-    let end = (begin..bytes.len()).find(|&i| !part(bytes[i])).unwrap_or(bytes.len());
-    drop(bytes.splice(begin..end, WORDS[below(random, WORDS.len())].bytes()));
 }

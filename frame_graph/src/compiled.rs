@@ -10,18 +10,20 @@ use halflight_shared_shaders::BindingKind;
 
 use crate::{
     Gpu, View,
-    plan::{FramePlan, Handle, Pass, Resource, ResourceId, ResourceKind},
+    plan::{FramePlan, Handle, Pass, Resource, ResourceId, ResourceKind, Tile},
     uniform,
 };
 
 mod history_state;
 mod make;
+mod tile;
 mod timer;
 
 pub use timer::PassTime;
 
 use history_state::{HistoryState, adopt_histories, resolve_history};
 use make::{Maker, make_buffer, make_texture};
+use tile::begin_tile;
 use timer::Timer;
 
 /// Triangles that a pass draws.
@@ -80,6 +82,8 @@ enum ReadyPass {
         draws: Vec<ReadyDraw>,
         colors: Vec<wgpu::TextureView>,
         depth: wgpu::TextureView,
+        /// The part of the depth target, and the pipeline that clears it.
+        tile: Option<(Tile, wgpu::RenderPipeline)>,
     },
     Voxelize {
         pipeline: wgpu::RenderPipeline,
@@ -397,7 +401,7 @@ impl CompiledGraph {
                 pass.set_bind_group(0, &groups[ping_pong], &[]);
                 pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);
             }
-            ReadyPass::Draw { draws, colors, depth } => {
+            ReadyPass::Draw { draws, colors, depth, tile } => {
                 let attachments: Vec<_> = colors
                     .iter()
                     .map(|view| {
@@ -412,7 +416,13 @@ impl CompiledGraph {
                         })
                     })
                     .collect();
-                let mut pass = render_pass(encoder, label, &attachments, (depth, wgpu::StoreOp::Store), timestamps);
+                // The other tiles of the layer stay as they are.
+                let load = if tile.is_some() { wgpu::LoadOp::Load } else { wgpu::LoadOp::Clear(0.0) };
+                let mut pass =
+                    render_pass(encoder, label, &attachments, (depth, load, wgpu::StoreOp::Store), timestamps);
+                if let Some((tile, clear)) = tile {
+                    begin_tile(&mut pass, *tile, clear);
+                }
                 for ready in draws {
                     pass.set_pipeline(&ready.pipeline);
                     pass.set_bind_group(0, &ready.group, &[]);
@@ -420,7 +430,8 @@ impl CompiledGraph {
                 }
             }
             ReadyPass::Voxelize { pipeline, group, target, triangles } => {
-                let mut pass = render_pass(encoder, label, &[], (target, wgpu::StoreOp::Discard), timestamps);
+                let target = (target, wgpu::LoadOp::Clear(0.0), wgpu::StoreOp::Discard);
+                let mut pass = render_pass(encoder, label, &[], target, timestamps);
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, group, &[]);
                 draw(&mut pass, triangles.as_ref());
@@ -445,12 +456,12 @@ fn params_block(pass: &Pass) -> Option<Vec<u8>> {
     Some(uniform::pack(*size, members, &pass.params, &pass.name))
 }
 
-/// Begins a render pass with cleared targets. `store` tells whether its depth is kept.
+/// Begins a render pass with cleared colour targets. `load` and `store` are those of its depth.
 fn render_pass<'a>(
     encoder: &'a mut wgpu::CommandEncoder,
     label: Option<&str>,
     color_attachments: &[Option<wgpu::RenderPassColorAttachment>],
-    (depth, store): (&wgpu::TextureView, wgpu::StoreOp),
+    (depth, load, store): (&wgpu::TextureView, wgpu::LoadOp<f32>, wgpu::StoreOp),
     timestamp_writes: Option<wgpu::RenderPassTimestampWrites>,
 ) -> wgpu::RenderPass<'a> {
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -458,7 +469,7 @@ fn render_pass<'a>(
         color_attachments,
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
             view: depth,
-            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store }),
+            depth_ops: Some(wgpu::Operations { load, store }),
             stencil_ops: None,
         }),
         timestamp_writes,

@@ -2,7 +2,7 @@
 
 use std::{
     collections::HashMap,
-    sync::{Mutex, PoisonError},
+    sync::{Mutex, OnceLock, PoisonError},
 };
 
 use halflight_shared_shaders::{EntryPoint, Shader};
@@ -15,6 +15,8 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// Nanoseconds of one timestamp tick, where the device writes timestamps.
     pub timestamp_period: Option<f32>,
+    /// Clears a part of a depth target.
+    pub(crate) clear_pipeline: OnceLock<wgpu::RenderPipeline>,
     modules: Mutex<HashMap<&'static str, wgpu::ShaderModule>>,
     /// Sources that replace those of the build.
     replaced: Mutex<HashMap<&'static str, String>>,
@@ -49,6 +51,7 @@ impl Gpu {
             device,
             queue,
             timestamp_period,
+            clear_pipeline: OnceLock::new(),
             modules: Mutex::default(),
             replaced: Mutex::default(),
             compute: Mutex::default(),

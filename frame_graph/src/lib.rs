@@ -14,7 +14,7 @@ mod view;
 pub use compiled::{CompiledGraph, Externals, PassTime, Provider, Triangles};
 pub use gpu::Gpu;
 pub use plan::{
-    Draw, FramePlan, Handle, History, Part, Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Work,
-    bytes_in_words,
+    Draw, FramePlan, Handle, History, Part, Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Tile,
+    Work, bytes_in_words,
 };
 pub use view::{Continuity, View};

@@ -21,7 +21,7 @@ use crate::{
 parameters! {
     /// Parameters of direct light.
     pub struct DirectLight("direct") {
-        /// Width and height of each shadow map.
+        /// Width and height of each shadow map; less if the maps of many lights would take more than 1 GiB.
         shadow_map_size: u32 = 4096, in 64..=8192, unit "px", grid [1024, 2048, 4096], role Plan;
     }
 }

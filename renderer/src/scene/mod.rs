@@ -10,6 +10,7 @@ mod focus;
 mod motion;
 mod numbered_triangles;
 pub(crate) mod shadow;
+mod shadow_atlas;
 mod shadow_views;
 pub(crate) mod texel_pool;
 
@@ -19,6 +20,7 @@ pub use facts::SceneFacts;
 pub use focus::{Extent, Sight};
 pub use motion::SceneMotion;
 pub use shadow::ShadowLayer;
+pub use shadow_atlas::ShadowAtlas;
 pub use shadow_views::{far_shadow_view, light_projections, shadow_entries, shadow_view};
 
 use halflight_frame_graph::View;

@@ -95,6 +95,24 @@ fn what_is_right_renders() {
 }
 
 #[test]
+fn limits_of_browsers() {
+    let folder = Folder::new("limits");
+    let plan = |more: &[&str]| {
+        let common = ["plan", "--scene", "good.toml", "--technique", "none", "--limits", "browser"];
+        let output = folder.run(&[&common, more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    says(&plan(&["--size", "16x9"]), &["The plan fits every browser", "4096 of 8192", "scene.vertices"]);
+    let fix = "use at most 8192x8192 pixels";
+    says(&plan(&["--size", "9000x9000"]), &["The plan does not fit every browser", fix]);
+    says(&plan(&["--size", "9000x9000", "--json"]), &["\"too_large\": \"an image", fix, "\"texture_side\""]);
+    says(&plan(&["--size", "16x9", "--json"]), &["\"too_large\": null"]);
+    let silent = folder.run(&["plan", "--scene", "good.toml", "--size", "9000x9000"]);
+    assert!(silent.status.success() && !String::from_utf8(silent.stdout).unwrap().contains("browser"));
+}
+
+#[test]
 fn missing_files() {
     let folder = Folder::new("missing");
     says(&folder.render_error(&["--scene", "gone.obj"]), &["gone.obj", "no such file", "check"]);

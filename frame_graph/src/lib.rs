@@ -14,7 +14,7 @@ mod view;
 pub use compiled::{CompiledGraph, Externals, PassTime, Provider, Triangles};
 pub use gpu::Gpu;
 pub use plan::{
-    Draw, FramePlan, Handle, History, Part, Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Tile,
-    Work, bytes_in_words,
+    BeyondLimits, Demand, DeviceLimits, Draw, ExternalSize, FramePlan, Handle, History, Limit, Part, Pass, PassBuilder,
+    PlannedView, Resource, ResourceId, ResourceKind, Tile, Work, bytes_in_words, check_buffer,
 };
 pub use view::{Continuity, View};

@@ -7,9 +7,11 @@ use halflight_shared_shaders::{BindingKind, Call, Shader, UniformValue};
 use serde::Serialize;
 
 mod display;
+mod limits;
 mod tile;
 
 pub use display::bytes_in_words;
+pub use limits::{BeyondLimits, Demand, DeviceLimits, ExternalSize, Limit, check_buffer};
 pub use tile::Tile;
 
 /// A texture or buffer of a plan, by its index in [`FramePlan::resources`].

@@ -12,6 +12,8 @@ use std::{
 
 use halflight_frame_graph::Gpu;
 
+use crate::memory::memory_for_plans;
+
 /// Which adapter to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AdapterChoice {
@@ -108,7 +110,9 @@ impl NativeGpu {
             DeviceError(format!("adapter \"{}\" refused a device: {e}; choose another with --adapter", info.name))
         })?;
         let handler = Handler::of(&device);
-        Ok(Self { gpu: Gpu::new(device, queue), info, handler })
+        let mut gpu = Gpu::new(device, queue);
+        gpu.memory = memory_for_plans(&adapter);
+        Ok(Self { gpu, info, handler })
     }
 
     /// What `make` makes on the device. What a device can hold is not known before it is asked.

@@ -1,6 +1,7 @@
 //! The plan of a whole frame of a scene: G-buffer, direct light, a technique, and the final image.
 
 mod surfaces;
+mod within;
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_shared_shaders::{
@@ -9,6 +10,8 @@ use halflight_shared_shaders::{
     source::Source,
 };
 use wgpu::TextureFormat as Format;
+
+pub use within::{PlanInputs, plan_within};
 
 use self::surfaces::{GBuffer, LookedUp, SceneResources, Shadows, plan_direct, plan_gbuffer, plan_shadows};
 use crate::{

@@ -1,10 +1,9 @@
-//! `evaluator render` and `evaluator plan`.
+//! `evaluator render`.
 
-use std::{io::Write, path::PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use halflight_native::{
-    files::write_whole,
     images::{Precision, auto_exposure, write_png},
     scene_hash::scene_hash,
 };
@@ -13,14 +12,13 @@ use halflight_renderer::parameters::Settings;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_techniques::invocation::{Invocation, parse_size};
 
-use super::{SceneArgs, TechniqueArgs, is_exr, print_json, print_warnings};
+use super::{SceneArgs, TechniqueArgs, is_exr, print_warnings};
 use crate::{
     Error,
     experiment::{
         COMMIT, check_textures, reference,
-        session::{Request, Session, open_adapter, open_scene, open_scene_keeping},
+        session::{Request, Session, open_adapter, open_scene_keeping},
     },
-    plan_graph,
 };
 
 #[derive(Args)]
@@ -59,23 +57,6 @@ pub(super) struct RenderArgs {
     /// Check every texture for NaN and infinity, and fail where there is one.
     #[arg(long)]
     check: bool,
-}
-
-#[derive(Args)]
-pub(super) struct PlanArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    technique: TechniqueArgs,
-    /// Image size, pixels.
-    #[arg(long, default_value = "1280x720", value_parser = parse_size, value_name = "WxH")]
-    size: [u32; 2],
-    /// Print JSON.
-    #[arg(long)]
-    json: bool,
-    /// Draw the plan as a graph, too: an SVG picture.
-    #[arg(long, value_name = "FILE.svg")]
-    graph: Option<PathBuf>,
 }
 
 impl RenderArgs {
@@ -167,22 +148,4 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     }
     // Printed last: a reader that goes away costs no image.
     Ok(terminal::print(lines)?)
-}
-
-pub(super) fn plan(args: &PlanArgs) -> Result<(), Error> {
-    let (technique, settings) = args.technique.resolve()?;
-    let scene = open_scene(&args.scene.scene)?;
-    print_warnings(&scene.warnings);
-    let facts = halflight_renderer::scene::SceneFacts::of(&scene);
-    let mut plan = halflight_renderer::plan_frame(&facts, technique, &settings, args.size, Default::default())
-        .map_err(|e| Error::BadInput(e.to_string()))?;
-    plan.notes.extend(scene.warnings);
-    if let Some(path) = &args.graph {
-        if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("svg")) {
-            return Err(Error::BadInput(format!("--graph {} is no .svg: name it so", path.display())));
-        }
-        let picture = plan_graph::svg(&plan);
-        write_whole(path, |file| file.write_all(picture.as_bytes())).map_err(|e| Error::unwritable(path, e))?;
-    }
-    if args.json { print_json(&plan) } else { Ok(terminal::print(plan)?) }
 }

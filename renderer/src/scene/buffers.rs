@@ -97,7 +97,7 @@ pub struct SceneBuffers {
 }
 
 impl SceneBuffers {
-    /// Uploads a scene.
+    /// Uploads a scene that the device can hold: see [`SceneSize::check`](super::SceneSize::check).
     pub fn new(gpu: &Gpu, scene: &Scene) -> Self {
         let (vertices, indices) = geometry(scene);
         let (starts, texels) = texel_pool(&scene.textures);

@@ -15,6 +15,11 @@ pub(crate) fn headers(textures: &[Texture]) -> impl Iterator<Item = u32> {
     })
 }
 
+/// Words of the pool.
+pub(super) fn words(textures: &[Texture]) -> u64 {
+    textures.iter().map(|texture| u64::from(HEADER) + u64::from(texture.width) * u64::from(texture.height)).sum()
+}
+
 /// All textures in one array of words. Returns the start of each texture.
 pub(super) fn texel_pool(textures: &[Texture]) -> (Vec<u32>, Vec<u32>) {
     // Square root of the linear value, in 10 bits, for each sRGB code.

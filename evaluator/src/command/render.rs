@@ -51,13 +51,17 @@ pub(super) struct RenderArgs {
     /// Seed of every random number.
     #[arg(long, default_value_t = 0)]
     seed: u32,
-    /// Number of the frame to show: animation is at this frame, and a temporal filter has seen all frames up to it.
+    /// Number of the frame to show: animation is at this frame, and a temporal filter has seen up to 256 frames before it.
     #[arg(long, default_value_t = 0)]
     frame: u32,
     /// Check every texture for NaN and infinity, and fail where there is one.
     #[arg(long)]
     check: bool,
 }
+
+/// Frames before the last that a temporal filter sees. After as many, an old image weighs less than 1/256 for every
+/// `temporal_a` up to 0.978. A filter with a larger one averages over these frames.
+const FILTERED: u32 = 256;
 
 impl RenderArgs {
     /// The command that renders the same image, with the settings of a preset written out.
@@ -106,10 +110,16 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     // The first frame also compiles the pipelines; the last one is the one whose times count.
     frames.run(0)?;
     // Only a filter over frames needs those before the last.
-    let first = if frames.plan().has_history() { 0 } else { args.frame };
+    let first = if frames.plan().has_history() { args.frame.saturating_sub(FILTERED) } else { args.frame };
+    if first > 0 && first < args.frame {
+        terminal::note(format_args!(
+            "note: the temporal filter has seen the {FILTERED} frames before frame {}, not all of them",
+            args.frame
+        ));
+    }
     let mut time = frames.run(first)?;
-    for frame in first + 1..=args.frame {
-        time = frames.run(frame)?;
+    for before in first..args.frame {
+        time = frames.run(before + 1)?;
     }
     let mut lines: String =
         time.passes.iter().map(|pass| format!("{:<16} {:>9.3} ms\n", pass.name, pass.milliseconds)).collect();

@@ -123,9 +123,9 @@ impl NativeGpu {
         let memory = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let limits = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let made = make();
-        // The scope that was opened last ends first.
-        let refused = [pollster::block_on(limits.pop()), pollster::block_on(memory.pop())];
-        match refused.into_iter().flatten().next() {
+        // The scope that was opened last ends first. What is missing for want of memory is not valid either.
+        let (invalid, out_of_memory) = (pollster::block_on(limits.pop()), pollster::block_on(memory.pop()));
+        match out_of_memory.or(invalid) {
             None => Ok(made),
             Some(error) => {
                 let said = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");

@@ -40,6 +40,9 @@ pub trait Provider {
     /// The buffer of this name; `None` if there is none.
     fn buffer(&self, gpu: &Gpu, name: &str) -> Option<wgpu::Buffer>;
 
+    /// The texture of this name; `None` if there is none.
+    fn texture(&self, name: &str) -> Option<wgpu::Texture>;
+
     /// The triangles of this name; `None` if there are none.
     fn triangles(&self, gpu: &Gpu, name: &str) -> Option<Triangles>;
 }
@@ -51,6 +54,12 @@ pub struct Externals<'a> {
     pub scene: Option<&'a dyn Provider>,
     /// Textures by name.
     pub textures: HashMap<&'static str, wgpu::Texture>,
+}
+
+impl Externals<'_> {
+    fn texture(&self, name: &str) -> Option<wgpu::Texture> {
+        self.textures.get(name).cloned().or_else(|| self.scene?.texture(name))
+    }
 }
 
 /// A plan with everything it needs on a device.
@@ -138,7 +147,7 @@ impl CompiledGraph {
                     Some(make_texture(gpu, &resource.name, size, layers, format))
                 }
                 ResourceKind::Previous { size, format, .. } => Some(make_texture(gpu, &resource.name, size, 1, format)),
-                ResourceKind::External => externals.textures.get(resource.name.as_str()).cloned(),
+                ResourceKind::External => externals.texture(&resource.name),
                 ResourceKind::Data { .. } | ResourceKind::Buffer { .. } => None,
             })
             .collect();

@@ -15,6 +15,6 @@ pub use compiled::{CompiledGraph, Externals, PassTime, Provider, Triangles};
 pub use gpu::Gpu;
 pub use plan::{
     BeyondLimits, Demand, DeviceLimits, Draw, ExternalSize, FramePlan, Handle, History, Limit, Part, Pass, PassBuilder,
-    PlannedView, Resource, ResourceId, ResourceKind, Tile, Work, bytes_in_words, check_buffer,
+    PlannedView, Resource, ResourceId, ResourceKind, Tile, Work, bytes_in_words, check_external,
 };
 pub use view::{Continuity, View};

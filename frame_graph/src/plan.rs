@@ -11,7 +11,7 @@ mod limits;
 mod tile;
 
 pub use display::bytes_in_words;
-pub use limits::{BeyondLimits, Demand, DeviceLimits, ExternalSize, Limit, check_buffer};
+pub use limits::{BeyondLimits, Demand, DeviceLimits, ExternalSize, Limit, check_external};
 pub use tile::Tile;
 
 /// A texture or buffer of a plan, by its index in [`FramePlan::resources`].

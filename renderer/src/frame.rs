@@ -11,7 +11,7 @@ use halflight_shared_shaders::{
 };
 use wgpu::TextureFormat as Format;
 
-pub use within::{PlanInputs, plan_within};
+pub use within::{PlanInputs, Planner, plan_within};
 
 use self::surfaces::{GBuffer, LookedUp, SceneResources, Shadows, plan_direct, plan_gbuffer, plan_shadows};
 use crate::{

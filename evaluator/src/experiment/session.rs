@@ -16,9 +16,9 @@ use halflight_native::{
     images::{Image, Rgb},
 };
 use halflight_renderer::{
-    DirectSource, PlanInputs, extra_views,
+    DirectSource, PlanInputs, Planner, extra_views,
     gi::Technique,
-    parameters::{Settings, SettingsError},
+    parameters::Settings,
     plan_frame, plan_scene, plan_technique_of_scene, plan_within,
     scene::{SceneBuffers, SceneFacts, SceneMotion, camera_view},
     texels::decoder,
@@ -205,7 +205,7 @@ impl<'a> Session<'a> {
     fn ready(
         &self,
         wanted: Wanted,
-        plan: &dyn Fn(&Settings, [u32; 2]) -> Result<FramePlan, SettingsError>,
+        plan: &Planner,
         textures: impl FnOnce() -> HashMap<&'static str, wgpu::Texture>,
     ) -> Result<Frames<'a>, Error> {
         let Wanted { facts, technique, settings, size, seed } = wanted;

@@ -23,7 +23,7 @@ impl DeviceLimits {
     }
 }
 
-/// Size of a buffer that the caller provides.
+/// Size of a buffer or texture that the caller provides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExternalSize {
     /// Bytes.
@@ -32,6 +32,17 @@ pub struct ExternalSize {
     pub element: u64,
     /// Its elements in words, for example `vertices`.
     pub elements: &'static str,
+    /// Width and height, texels, and layers of a texture; `None` for a buffer. Only the number of layers grows with the
+    /// scene.
+    pub texture: Option<([u32; 2], u32)>,
+}
+
+impl ExternalSize {
+    /// Elements in a layer of a texture.
+    fn in_layer(&self) -> u64 {
+        let layers = self.texture.map_or(1, |(_, layers)| layers.max(1));
+        self.bytes / self.element.max(1) / u64::from(layers)
+    }
 }
 
 /// A limit of devices.
@@ -124,9 +135,9 @@ pub struct Demand {
     pub needs: u64,
     /// What the device allows; `None` if nobody knows.
     pub allows: Option<u64>,
-    /// Bytes of one element, and what elements are called, if the buffer is one of the caller.
+    /// The buffer or texture, if it is one of the caller.
     #[serde(skip)]
-    pub elements: Option<(u64, &'static str)>,
+    pub external: Option<ExternalSize>,
 }
 
 impl Demand {
@@ -145,14 +156,22 @@ impl Demand {
             format!("the {kind} {}", self.of)
         };
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-        let allows = self.allows.map_or_else(|| "less".to_owned(), |allows| self.limit.amount(allows));
-        format!("{of} needs {}{unit} and this device allows {allows}", self.limit.amount(self.needs))
+        let allowed = self.allows.unwrap_or_default();
+        let [mut needs, mut allows] = [self.needs, allowed].map(|value| self.limit.amount(value));
+        if needs == allows {
+            (needs, allows) = (format!("{} bytes", self.needs), allowed.to_string());
+        }
+        format!("{of} needs {needs}{unit} and this device allows {allows}")
     }
 
-    /// How many elements fit, if the buffer is one of the caller: `use at most 4.19 million vertices`.
+    /// How many elements fit, if the buffer or texture is one of the caller: `use at most 4.19 million vertices`.
     pub fn elements_that_fit(&self) -> Option<String> {
-        let (bytes, name) = self.elements?;
-        let most = self.allows? / bytes.max(1);
+        let (size, allows) = (self.external?, self.allows?);
+        let name = size.elements;
+        let most = match self.limit {
+            Limit::TextureLayers => allows.saturating_mul(size.in_layer()),
+            _ => allows / size.element.max(1),
+        };
         let most = if most < 1_000_000 {
             most.to_string()
         } else {
@@ -178,7 +197,7 @@ impl fmt::Display for Demand {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BeyondLimits {
     /// What is too large.
-    pub demand: Demand,
+    pub demand: Box<Demand>,
     /// What would fit.
     pub fix: String,
 }
@@ -201,20 +220,31 @@ impl Largest<'_> {
     fn add(&mut self, limit: Limit, of: &str, needs: u64) -> &mut Demand {
         let index = self.found.iter().position(|demand| demand.limit == limit).unwrap_or_else(|| {
             let allows = allowed(self.device, limit);
-            self.found.push(Demand { limit, of: String::new(), needs: 0, allows, elements: None });
+            self.found.push(Demand { limit, of: String::new(), needs: 0, allows, external: None });
             self.found.len() - 1
         });
         let largest = &mut self.found[index];
         if needs > largest.needs || largest.of.is_empty() {
-            (largest.of, largest.needs, largest.elements) = (of.to_owned(), needs, None);
+            (largest.of, largest.needs, largest.external) = (of.to_owned(), needs, None);
         }
         largest
     }
 
-    fn add_buffer(&mut self, limit: Limit, of: &str, bytes: u64, external: Option<ExternalSize>) {
-        let largest = self.add(limit, of, bytes);
+    fn add_of(&mut self, limit: Limit, of: &str, needs: u64, external: Option<ExternalSize>) {
+        let largest = self.add(limit, of, needs);
         if largest.of == of {
-            largest.elements = external.map(|size| (size.element, size.elements));
+            largest.external = external;
+        }
+    }
+
+    /// Adds a buffer or texture of the caller.
+    fn add_external(&mut self, of: &str, size: ExternalSize) {
+        match size.texture {
+            None => self.add_of(Limit::Buffer, of, size.bytes, Some(size)),
+            Some((side, layers)) => {
+                self.add(Limit::TextureSide, of, side[0].max(side[1]).into());
+                self.add_of(Limit::TextureLayers, of, layers.into(), Some(size));
+            }
         }
     }
 }
@@ -238,15 +268,16 @@ fn allowed(device: &DeviceLimits, limit: Limit) -> Option<u64> {
     })
 }
 
-/// A buffer of the caller alone, against the limits of buffers and of storage bindings.
+/// A buffer or texture of the caller alone. A buffer is also compared with the limit of storage bindings.
 ///
 /// # Errors
 /// If the device cannot hold or bind it.
-pub fn check_buffer(device: &DeviceLimits, name: &str, size: ExternalSize) -> Result<(), BeyondLimits> {
+pub fn check_external(device: &DeviceLimits, name: &str, size: ExternalSize) -> Result<(), BeyondLimits> {
     let mut largest = Largest { device, found: Vec::new() };
-    for limit in [Limit::StorageBinding, Limit::Buffer] {
-        largest.add_buffer(limit, name, size.bytes, Some(size));
+    if size.texture.is_none() {
+        largest.add_of(Limit::StorageBinding, name, size.bytes, Some(size));
     }
+    largest.add_external(name, size);
     first_beyond(largest.found)
 }
 
@@ -261,7 +292,7 @@ fn first_beyond(demands: Vec<Demand>) -> Result<(), BeyondLimits> {
                 }
                 _ => "use a smaller image, a smaller scene or fewer lights".to_owned(),
             });
-            Err(BeyondLimits { demand, fix })
+            Err(BeyondLimits { demand: Box::new(demand), fix })
         }
     }
 }
@@ -285,13 +316,9 @@ impl FramePlan {
                     largest.add(Limit::TextureSide, name, size[0].max(size[1]).into());
                 }
                 ResourceKind::Data { .. } | ResourceKind::Buffer { .. } => {
-                    largest.add_buffer(Limit::Buffer, name, bytes, None);
+                    largest.add(Limit::Buffer, name, bytes);
                 }
-                ResourceKind::External => {
-                    if let Some(size) = known {
-                        largest.add_buffer(Limit::Buffer, name, bytes, Some(size));
-                    }
-                }
+                ResourceKind::External => known.into_iter().for_each(|size| largest.add_external(name, size)),
             }
             total = total.saturating_add(bytes);
             if bytes > most.0 {
@@ -319,7 +346,7 @@ impl FramePlan {
                 let resource = &self.resources[index];
                 let known = if resource.kind == ResourceKind::External { external(&resource.name) } else { None };
                 let bytes = bytes_of(&resource.kind, known);
-                largest.add_buffer(limit, &resource.name, bytes, known);
+                largest.add_of(limit, &resource.name, bytes, known);
             }
         }
         for entry in pass.shader.entry_points {

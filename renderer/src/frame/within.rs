@@ -8,6 +8,9 @@ use crate::{
     scene::SceneFacts,
 };
 
+/// Makes a plan from settings and the image's size in pixels.
+pub type Planner<'a> = dyn Fn(&Settings, [u32; 2]) -> Result<FramePlan, SettingsError> + 'a;
+
 /// What a plan is made from, apart from the scene.
 #[derive(Clone, Copy)]
 pub struct PlanInputs<'a> {
@@ -28,7 +31,7 @@ pub fn plan_within(
     device: &DeviceLimits,
     facts: &SceneFacts,
     inputs: PlanInputs,
-    plan: &dyn Fn(&Settings, [u32; 2]) -> Result<FramePlan, SettingsError>,
+    plan: &Planner,
 ) -> Result<FramePlan, SettingsError> {
     let most = device.limits.max_texture_dimension_2d;
     let [width, height] = inputs.size;
@@ -52,12 +55,12 @@ fn with_fix(
     device: &DeviceLimits,
     facts: &SceneFacts,
     inputs: PlanInputs,
-    plan: &dyn Fn(&Settings, [u32; 2]) -> Result<FramePlan, SettingsError>,
+    plan: &Planner,
     made: &FramePlan,
     beyond: BeyondLimits,
 ) -> SettingsError {
-    if beyond.demand.elements.is_some() {
-        // A buffer of the scene: its sentence already says how much fits.
+    if beyond.demand.external.is_some() {
+        // A buffer or texture of the scene: its sentence already says how much fits.
         return SettingsError(beyond.to_string());
     }
     let fits = |plan: &FramePlan| plan.check(device, &|name| facts.size.buffer(name)).is_ok();

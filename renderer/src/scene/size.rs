@@ -1,6 +1,6 @@
 //! Sizes of a scene's buffers, known before anything is uploaded.
 
-use halflight_frame_graph::{BeyondLimits, DeviceLimits, ExternalSize, check_buffer};
+use halflight_frame_graph::{BeyondLimits, DeviceLimits, ExternalSize, check_external};
 use halflight_scenes::Scene;
 
 use super::{
@@ -24,12 +24,11 @@ impl SceneSize {
         let mut add = |name, count: u64, element: usize, elements| {
             // Every buffer has at least one element.
             let bytes = count.max(1) * element as u64;
-            buffers.push((name, ExternalSize { bytes, element: element as u64, elements }));
+            buffers.push((name, ExternalSize { bytes, element: element as u64, elements, texture: None }));
         };
         add("vertices", vertices, size_of::<Vertex>(), "vertices");
         add("indices", indices, 4, "corners of triangles");
         add("materials", scene.materials.len() as u64, size_of::<Material>(), "materials");
-        add("texels", texel_pool::words(&scene.textures), 4, "texels in all textures");
         add("lights", scene.lights.len() as u64, size_of::<GpuLight>(), "lights");
         add("corners", numbered_triangles::corner_count(scene), 8, "corners that begin a triangle");
         if scene.meshes.iter().any(|mesh| mesh.object.is_some()) {
@@ -38,6 +37,7 @@ impl SceneSize {
         if let Some(sky) = &scene.environment {
             add("environment", environment::word_count(sky), 16, "texels in the environment map");
         }
+        buffers.push(("texels", texel_pool::size(&scene.textures)));
         Self { buffers }
     }
 
@@ -52,7 +52,7 @@ impl SceneSize {
         self.buffers.iter().map(|(_, size)| size.bytes).sum()
     }
 
-    /// Whether a device can hold and bind each buffer that every upload makes. Some plans need more:
+    /// Whether a device can hold and bind each buffer and texture that every upload makes. Some plans need more:
     /// [`halflight_frame_graph::FramePlan::check`] tells.
     ///
     /// # Errors
@@ -60,7 +60,7 @@ impl SceneSize {
     pub fn check(&self, device: &DeviceLimits) -> Result<(), BeyondLimits> {
         // Only some plans read triangles with their numbers.
         let made = self.buffers.iter().filter(|(name, _)| *name != "corners");
-        made.into_iter().try_for_each(|&(name, size)| check_buffer(device, &format!("scene.{name}"), size))
+        made.into_iter().try_for_each(|&(name, size)| check_external(device, &format!("scene.{name}"), size))
     }
 }
 
@@ -89,8 +89,10 @@ mod tests {
         let bytes = |name: &str| size.buffer(name).expect("the buffer exists").bytes;
         assert_eq!(bytes("scene.vertices"), 5 * 32);
         assert_eq!(bytes("scene.indices"), 18 * 4);
-        // The layouts themselves.
-        assert_eq!(bytes("scene.texels"), 4 * texel_pool::texel_pool(&scene.textures).1.len() as u64);
+        // 74 words in a row of 4096.
+        assert_eq!(texel_pool::words(&scene.textures), texel_pool::texel_pool(&scene.textures).1.len() as u64);
+        assert_eq!(bytes("scene.texels"), 4 * 4096);
+        // The layout itself.
         let words = environment::environment_words(scene.environment.as_ref().expect("it has one"));
         assert_eq!(bytes("scene.environment"), 16 * words.len() as u64);
         // Five vertices serve five triangles, the sixth duplicates one.

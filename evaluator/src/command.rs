@@ -17,6 +17,7 @@ use crate::Error;
 
 mod explain;
 mod list;
+mod plan;
 mod render;
 mod run;
 mod truth;
@@ -36,7 +37,7 @@ enum Command {
     /// Render one frame of a scene to an EXR (all channels) or a PNG (tone-mapped).
     Render(render::RenderArgs),
     /// Print the plan of a frame: passes, textures with their bytes, and the reason for each.
-    Plan(render::PlanArgs),
+    Plan(plan::PlanArgs),
     /// Path-trace the reference of a scene. Traced samples are cached, and a later call continues from them.
     Truth(truth::TruthArgs),
     /// Split the error of a technique into its sources: noise, estimator, missing visibility, light off the screen.
@@ -111,7 +112,7 @@ pub fn main() -> ExitCode {
     };
     let result = match cli.command {
         Command::Render(args) => render::render(&args),
-        Command::Plan(args) => render::plan(&args),
+        Command::Plan(args) => plan::plan(&args),
         Command::Run(args) => run::main(&args),
         Command::Truth(args) => truth::main(&args),
         Command::Compare { image, reference, json } => compare(&image, &reference, json),

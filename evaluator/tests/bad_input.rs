@@ -95,6 +95,48 @@ fn what_is_right_renders() {
 }
 
 #[test]
+fn limits_of_browsers() {
+    let folder = Folder::new("limits");
+    let plan = |more: &[&str]| {
+        let common = ["plan", "--scene", "good.toml", "--technique", "none", "--limits", "browser"];
+        let output = folder.run(&[&common, more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    says(&plan(&["--size", "16x9"]), &["The plan fits every browser", "4096 of 8192", "scene.vertices"]);
+    let fix = "use at most 8192x8192 pixels";
+    says(&plan(&["--size", "9000x9000"]), &["The plan does not fit every browser", fix]);
+    says(&plan(&["--size", "9000x9000", "--json"]), &["\"too_large\": \"an image", fix, "\"texture_side\""]);
+    says(&plan(&["--size", "16x9", "--json"]), &["\"too_large\": null"]);
+    let silent = folder.run(&["plan", "--scene", "good.toml", "--size", "9000x9000"]);
+    assert!(silent.status.success() && !String::from_utf8(silent.stdout).unwrap().contains("browser"));
+}
+
+#[test]
+fn a_frame_far_ahead_comes_at_once() {
+    let folder = Folder::new("far_ahead");
+    let key = |frame, x| format!("{{ frame = {frame}, eye = [{x}.0, 0.0, 3.0], target = [0.0, 0.0, 0.0] }}");
+    let keys = format!("[camera]\nmoves = [{}, {}]\n", key(0, 2), key(20, 0));
+    let scene = SCENE.replace("[camera]\n", &keys);
+    folder.write("moving.toml", &scene);
+    let render = |frame: &str, technique: &str, settings: &[&str]| {
+        let common = ["render", "--scene", "moving.toml", "--size", "16x9", "--out", "o.png", "--layer", "albedo"];
+        let own = ["--exposure", "1", "--technique", technique, "--frame", frame];
+        let output = folder.run(&[&common[..], &own, settings].concat());
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{text}");
+        (fs::read(folder.0.join("o.png")).unwrap(), text)
+    };
+    // The camera stays where its path ends.
+    let end = render("20", "none", &[]).0;
+    assert_ne!(render("0", "none", &[]).0, end);
+    assert_eq!(render("4294967295", "none", &[]).0, end);
+    let (filtered, said) = render("4294967295", "hierarchical", &["--set", "temporal_a=0.9"]);
+    assert_eq!(filtered, end);
+    says(&said, &["the temporal filter has seen the 256 frames before frame 4294967295"]);
+}
+
+#[test]
 fn missing_files() {
     let folder = Folder::new("missing");
     says(&folder.render_error(&["--scene", "gone.obj"]), &["gone.obj", "no such file", "check"]);

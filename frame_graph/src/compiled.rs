@@ -10,13 +10,14 @@ use halflight_shared_shaders::BindingKind;
 
 use crate::{
     Gpu, View,
-    plan::{Cause, Dependencies, Dependency, FramePlan, Handle, Pass, Resource, ResourceId, ResourceKind},
+    plan::{Cause, Dependencies, Dependency, FramePlan, Handle, Pass, Resource, ResourceId, ResourceKind, Tile},
     uniform,
 };
 
 mod frame_state;
 mod make;
 mod record;
+mod tile;
 mod timer;
 
 pub use frame_state::Changed;
@@ -40,6 +41,9 @@ pub trait Provider {
     /// The buffer of this name; `None` if there is none.
     fn buffer(&self, gpu: &Gpu, name: &str) -> Option<wgpu::Buffer>;
 
+    /// The texture of this name; `None` if there is none.
+    fn texture(&self, name: &str) -> Option<wgpu::Texture>;
+
     /// The triangles of this name; `None` if there are none.
     fn triangles(&self, gpu: &Gpu, name: &str) -> Option<Triangles>;
 }
@@ -51,6 +55,12 @@ pub struct Externals<'a> {
     pub scene: Option<&'a dyn Provider>,
     /// Textures by name.
     pub textures: HashMap<&'static str, wgpu::Texture>,
+}
+
+impl Externals<'_> {
+    fn texture(&self, name: &str) -> Option<wgpu::Texture> {
+        self.textures.get(name).cloned().or_else(|| self.scene?.texture(name))
+    }
 }
 
 /// A plan with everything it needs on a device.
@@ -85,6 +95,8 @@ enum ReadyPass {
         draws: Vec<ReadyDraw>,
         colors: Vec<wgpu::TextureView>,
         depth: wgpu::TextureView,
+        /// The part of the depth target, and the pipeline that clears it.
+        tile: Option<(Tile, wgpu::RenderPipeline)>,
     },
     Voxelize {
         pipeline: wgpu::RenderPipeline,
@@ -131,7 +143,7 @@ impl CompiledGraph {
                     Some(make_texture(gpu, &resource.name, size, layers, format))
                 }
                 ResourceKind::Previous { size, format, .. } => Some(make_texture(gpu, &resource.name, size, 1, format)),
-                ResourceKind::External { .. } => externals.textures.get(resource.name.as_str()).cloned(),
+                ResourceKind::External { .. } => externals.texture(&resource.name),
                 ResourceKind::Data { .. } | ResourceKind::Buffer { .. } => None,
             })
             .collect();

@@ -2,10 +2,12 @@
 
 use std::{
     collections::HashMap,
-    sync::{Mutex, PoisonError},
+    sync::{Mutex, OnceLock, PoisonError},
 };
 
 use halflight_shared_shaders::{EntryPoint, Shader};
+
+use crate::plan::DeviceLimits;
 
 /// A device and its queue with a cache of compiled shaders. Pipelines are created on first use.
 pub struct Gpu {
@@ -15,6 +17,10 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// Nanoseconds of one timestamp tick, where the device writes timestamps.
     pub timestamp_period: Option<f32>,
+    /// Bytes that plans may use in total; `None` where nobody knows, as in a browser.
+    pub memory: Option<u64>,
+    /// Clears a part of a depth target.
+    pub(crate) clear_pipeline: OnceLock<wgpu::RenderPipeline>,
     modules: Mutex<HashMap<&'static str, wgpu::ShaderModule>>,
     /// Sources that replace those of the build.
     replaced: Mutex<HashMap<&'static str, String>>,
@@ -49,6 +55,8 @@ impl Gpu {
             device,
             queue,
             timestamp_period,
+            memory: None,
+            clear_pipeline: OnceLock::new(),
             modules: Mutex::default(),
             replaced: Mutex::default(),
             compute: Mutex::default(),
@@ -56,13 +64,21 @@ impl Gpu {
         }
     }
 
-    /// Limits to request from an adapter: the WebGPU baseline, with buffers and textures as large as the adapter
-    /// allows.
+    /// What plans on this device are checked against.
+    pub fn limits(&self) -> DeviceLimits {
+        DeviceLimits { limits: self.device.limits(), memory: self.memory }
+    }
+
+    /// Limits to request from an adapter: the WebGPU baseline, with buffers, textures and dispatches as large as the
+    /// adapter allows.
     pub fn wanted_limits(adapter: &wgpu::Limits) -> wgpu::Limits {
         wgpu::Limits {
             max_buffer_size: adapter.max_buffer_size,
             max_storage_buffer_binding_size: adapter.max_storage_buffer_binding_size,
+            max_uniform_buffer_binding_size: adapter.max_uniform_buffer_binding_size,
             max_texture_dimension_2d: adapter.max_texture_dimension_2d,
+            max_texture_array_layers: adapter.max_texture_array_layers,
+            max_compute_workgroups_per_dimension: adapter.max_compute_workgroups_per_dimension,
             max_color_attachment_bytes_per_sample: adapter.max_color_attachment_bytes_per_sample.min(32),
             ..wgpu::Limits::default()
         }

@@ -14,7 +14,8 @@ mod view;
 pub use compiled::{Changed, CompiledGraph, Externals, PassTime, Provider, Triangles};
 pub use gpu::Gpu;
 pub use plan::{
-    Cause, Dependency, Draw, FramePlan, Handle, History, Part, Pass, PassBuilder, PlannedView, Resource, ResourceId,
-    ResourceKind, When, Work, bytes_in_words,
+    BeyondLimits, Cause, Demand, Dependency, DeviceLimits, Draw, ExternalSize, FramePlan, Handle, History, Limit, Part,
+    Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Tile, When, Work, bytes_in_words,
+    check_external,
 };
 pub use view::{Continuity, View};

@@ -8,10 +8,14 @@ use serde::Serialize;
 
 mod dependencies;
 mod display;
+mod limits;
+mod tile;
 
 pub(crate) use dependencies::Dependencies;
 pub use dependencies::{Cause, Dependency, When};
 pub use display::bytes_in_words;
+pub use limits::{BeyondLimits, Demand, DeviceLimits, ExternalSize, Limit, check_external};
+pub use tile::Tile;
 
 /// A texture or buffer of a plan, by its index in [`FramePlan::resources`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -176,6 +180,9 @@ pub enum Work {
         targets: Vec<ResourceId>,
         /// Depth target and its layer, cleared to the far plane (0: depth is reversed).
         depth: (ResourceId, u32),
+        /// The part of the depth target's layer that is cleared and drawn; `None` for all of it.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        tile: Option<Tile>,
     },
     /// Triangles of the caller, hidden ones included. The fragments write to buffers and the depth target stays
     /// unchanged.
@@ -515,7 +522,7 @@ impl PassBuilder<'_> {
         let own = self.pass.shader;
         let draw = |(triangles, shader): (_, Option<_>)| Draw { shader: shader.unwrap_or(own), triangles };
         let draws = triangles.into_iter().map(draw).collect();
-        self.pass.work = Work::Draw { draws, targets, depth };
+        self.pass.work = Work::Draw { draws, targets, depth, tile: None };
         self.plan.passes.push(self.pass);
     }
 

@@ -12,6 +12,8 @@ use std::{
 
 use halflight_frame_graph::Gpu;
 
+use crate::memory::memory_for_plans;
+
 /// Which adapter to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AdapterChoice {
@@ -108,7 +110,9 @@ impl NativeGpu {
             DeviceError(format!("adapter \"{}\" refused a device: {e}; choose another with --adapter", info.name))
         })?;
         let handler = Handler::of(&device);
-        Ok(Self { gpu: Gpu::new(device, queue), info, handler })
+        let mut gpu = Gpu::new(device, queue);
+        gpu.memory = memory_for_plans(&adapter);
+        Ok(Self { gpu, info, handler })
     }
 
     /// What `make` makes on the device. What a device can hold is not known before it is asked.
@@ -119,9 +123,9 @@ impl NativeGpu {
         let memory = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let limits = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let made = make();
-        // The scope that was opened last ends first.
-        let refused = [pollster::block_on(limits.pop()), pollster::block_on(memory.pop())];
-        match refused.into_iter().flatten().next() {
+        // The scope that was opened last ends first. What is missing for want of memory is not valid either.
+        let (invalid, out_of_memory) = (pollster::block_on(limits.pop()), pollster::block_on(memory.pop()));
+        match out_of_memory.or(invalid) {
             None => Ok(made),
             Some(error) => {
                 let said = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");

@@ -83,6 +83,9 @@ fn run_apart(gpu: &Gpu, recording: &CompiledGraph, view: &View, changed: Changed
     Ok(FrameTime { passes, wall_milliseconds: start.elapsed().as_secs_f64() * 1e3 })
 }
 
+/// Largest buffer that a texture is read through, bytes. Larger textures are read in parts.
+const READ_AT_ONCE: u32 = 64 << 20;
+
 /// A texture's texels as bytes, rows packed without padding, one layer.
 ///
 /// # Errors
@@ -91,25 +94,32 @@ pub fn read_texture(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Vec<u8>, Devic
     let texel = texture.format().block_copy_size(None).unwrap_or(4);
     let row = texture.width() * texel;
     let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let rows = (READ_AT_ONCE / padded).clamp(1, texture.height());
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("texture to read"),
-        size: u64::from(padded) * u64::from(texture.height()),
+        size: u64::from(padded) * u64::from(rows),
         usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
-    let mut encoder =
-        gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read texture") });
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
-        },
-        wgpu::Extent3d { depth_or_array_layers: 1, ..texture.size() },
-    );
-    gpu.queue.submit([encoder.finish()]);
-    let bytes = map(gpu, &buffer)?;
-    Ok(bytes.chunks_exact(padded as usize).flat_map(|line| &line[..row as usize]).copied().collect())
+    let mut packed = Vec::with_capacity(row as usize * texture.height() as usize);
+    for first in (0..texture.height()).step_by(rows as usize) {
+        let height = rows.min(texture.height() - first);
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read texture") });
+        encoder.copy_texture_to_buffer(
+            wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x: 0, y: first, z: 0 }, ..texture.as_image_copy() },
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
+            },
+            wgpu::Extent3d { width: texture.width(), height, depth_or_array_layers: 1 },
+        );
+        gpu.queue.submit([encoder.finish()]);
+        let bytes = map(gpu, &buffer)?;
+        let lines = bytes.chunks_exact(padded as usize).take(height as usize);
+        lines.for_each(|line| packed.extend_from_slice(&line[..row as usize]));
+    }
+    Ok(packed)
 }
 
 /// A buffer's bytes, through a copy of it; it must have the usage `COPY_SRC`.

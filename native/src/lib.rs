@@ -6,6 +6,7 @@ mod device;
 pub mod files;
 pub mod frames;
 pub mod images;
+mod memory;
 pub mod scene_hash;
 pub mod truth;
 

@@ -7,7 +7,7 @@ use std::{
 
 use halflight_frame_graph::Gpu;
 use halflight_renderer::{
-    scene::SceneBuffers,
+    scene::{SceneBuffers, SceneSize},
     truth::{Progress, Request, State, Stop, Trace, Tracer, Truth, TruthError, is_lit},
 };
 use halflight_scenes::{Camera, Scene};
@@ -128,6 +128,8 @@ impl<'a> TruthSource<'a> {
 
     fn tracer(&self) -> Result<&Tracer, TruthError> {
         if self.tracer.get().is_none() {
+            let size = SceneSize::of(self.scene);
+            size.check(&self.gpu.limits()).map_err(|error| TruthError(error.to_string()))?;
             let buffers = SceneBuffers::new(self.gpu, self.scene);
             // Nobody else fills the cell: it is not shared between threads.
             let _ = self.tracer.set(Tracer::new(self.gpu, self.scene, &buffers)?);

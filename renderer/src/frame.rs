@@ -1,6 +1,7 @@
 //! The plan of a whole frame of a scene: G-buffer, direct light, a technique, and the final image.
 
 mod surfaces;
+mod within;
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_shared_shaders::{
@@ -9,6 +10,8 @@ use halflight_shared_shaders::{
     source::Source,
 };
 use wgpu::TextureFormat as Format;
+
+pub use within::{PlanInputs, Planner, plan_within};
 
 use self::surfaces::{GBuffer, LookedUp, SceneResources, Shadows, plan_direct, plan_gbuffer, plan_shadows};
 use crate::{
@@ -21,7 +24,7 @@ use crate::{
 parameters! {
     /// Parameters of direct light.
     pub struct DirectLight("direct") {
-        /// Width and height of each shadow map.
+        /// Width and height of each shadow map; less if the maps of many lights would take more than 1 GiB.
         shadow_map_size: u32 = 4096, in 64..=8192, unit "px", grid [1024, 2048, 4096], role Plan;
     }
 }

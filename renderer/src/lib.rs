@@ -11,6 +11,6 @@ pub mod texels;
 pub mod truth;
 
 pub use frame::{
-    DirectLight, DirectSource, extra_views, plan_frame, plan_indirect, plan_scene, plan_technique,
-    plan_technique_of_scene,
+    DirectLight, DirectSource, PlanInputs, Planner, extra_views, plan_frame, plan_indirect, plan_scene, plan_technique,
+    plan_technique_of_scene, plan_within,
 };

@@ -34,7 +34,7 @@ impl Playing {
     pub fn step(self, last: Option<u32>) -> Self {
         let seconds = self.stepped.elapsed().as_secs_f32().min(LONGEST_STEP);
         let frame = match last {
-            Some(last) if self.frame >= last + PAUSE => 0,
+            Some(last) if self.frame >= last.saturating_add(PAUSE) => 0,
             _ => self.frame.wrapping_add(1),
         };
         Self { frame, angle: self.angle + SPEED * seconds, stepped: Instant::now() }

@@ -110,6 +110,7 @@ impl ReferenceTracer {
     pub fn step(&mut self, gpu: &Gpu, stage: &Stage, subject: &Subject) -> Result<bool, TruthError> {
         if self.tracer.is_none() {
             self.tracer = Some(if stage.is_animated() {
+                // A posed scene has no larger buffers than the stage's own, which fit.
                 let posed = stage.scene.posed(subject.frame);
                 Tracer::new(gpu, &posed, &SceneBuffers::new(gpu, &posed))?
             } else {

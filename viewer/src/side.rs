@@ -2,11 +2,12 @@
 
 use eframe::egui::Context;
 use halflight_frame_graph::{
-    Cause, Changed, CompiledGraph, Continuity, Externals, FramePlan, Gpu, Part, ResourceKind, non_finite::ValueCounts,
+    Cause, Changed, CompiledGraph, Continuity, Externals, FramePlan, Gpu, Part, non_finite::ValueCounts,
 };
 use halflight_renderer::{
+    PlanInputs,
     parameters::SettingsError,
-    plan_frame,
+    plan_frame, plan_within,
     scene::{LIGHTS, SceneMotion, camera_view},
 };
 use halflight_scenes::{Camera, Light};
@@ -86,35 +87,29 @@ pub enum Progress {
 /// The plan of a configuration.
 ///
 /// # Errors
-/// A setting out of range, or a size that the device does not support.
+/// A setting out of range, or something that the device cannot hold.
 fn plan(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<FramePlan, SettingsError> {
-    let plan = plan_frame(&stage.facts, configuration.technique(), &configuration.settings, size, Default::default())?;
-    let largest = gpu.device.limits().max_texture_dimension_2d;
-    let too_large = plan.resources.iter().find(|resource| match resource.kind {
-        ResourceKind::Texture { size, .. } => size.iter().any(|&v| v > largest),
-        _ => false,
-    });
-    match too_large {
-        Some(resource) => Err(SettingsError(format!(
-            "the texture {} is too large for this device, which supports {largest} pixels per side: choose a smaller size",
-            resource.name
-        ))),
-        None => Ok(plan),
-    }
+    let (technique, settings) = (configuration.technique(), &configuration.settings);
+    let parameters = (technique.parameters)();
+    let inputs = PlanInputs { parameters: &parameters, settings, size };
+    plan_within(&gpu.limits(), &stage.facts, inputs, &|settings, size| {
+        plan_frame(&stage.facts, technique, settings, size, Default::default())
+    })
 }
 
 impl Side {
     /// Plans a configuration and creates its resources.
     ///
     /// # Errors
-    /// A setting out of range, or a size that the device does not support.
+    /// A setting out of range, or something that the device cannot hold.
     pub fn new(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<Self, SettingsError> {
         let plan = plan(gpu, stage, configuration, size)?;
         let graph = CompiledGraph::new(gpu, plan, &Externals { scene: Some(&stage.buffers), ..Default::default() });
         let method = match gpu.timestamp_period {
             _ if stage.software => Method::Software,
-            Some(_) => Method::Timestamps,
-            None => Method::NoTimestamps,
+            // A frame of very many passes has no timestamps.
+            Some(_) if graph.timing_buffer().is_some() => Method::Timestamps,
+            _ => Method::NoTimestamps,
         };
         Ok(Self {
             configuration: configuration.clone(),
@@ -145,7 +140,7 @@ impl Side {
     /// Updates the side after a change of settings, size or lights; true if anything changed.
     ///
     /// # Errors
-    /// A setting out of range, or a size that the device does not support. The side then stays as it was.
+    /// A setting out of range, or something that the device cannot hold. The side then stays as it was.
     pub fn update(
         &mut self,
         gpu: &Gpu,

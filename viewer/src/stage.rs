@@ -27,7 +27,8 @@ const MOVED: f32 = 1.0 / 32.0;
 const ROTATED: f32 = 0.1;
 
 impl Stage {
-    /// Uploads a scene; `software` tells whether the device is a software adapter.
+    /// Uploads a scene that the device can hold ([`SceneSize::check`](halflight_renderer::scene::SceneSize::check)).
+    /// `software` tells whether the device is a software adapter.
     pub fn new(gpu: &Gpu, scene: Scene, software: bool) -> Self {
         let sight = Sight::new(&scene);
         let facts = SceneFacts::within(&scene, sight.extent(&[scene.camera]));

@@ -1,11 +1,9 @@
-//! `evaluator render` and `evaluator plan`.
+//! `evaluator render`.
 
-use std::{io::Write, path::PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use halflight_frame_graph::FramePlan;
 use halflight_native::{
-    files::write_whole,
     images::{Precision, auto_exposure, write_png},
     scene_hash::scene_hash,
 };
@@ -14,14 +12,13 @@ use halflight_renderer::parameters::Settings;
 use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_techniques::invocation::{Invocation, parse_size};
 
-use super::{SceneArgs, TechniqueArgs, is_exr, print_json, print_warnings};
+use super::{SceneArgs, TechniqueArgs, is_exr, print_warnings};
 use crate::{
     Error,
     experiment::{
         COMMIT, check_textures, reference,
-        session::{Request, Session, open_adapter, open_scene, open_scene_keeping},
+        session::{Request, Session, open_adapter, open_scene_keeping},
     },
-    plan_graph,
 };
 
 #[derive(Args)]
@@ -54,7 +51,7 @@ pub(super) struct RenderArgs {
     /// Seed of every random number.
     #[arg(long, default_value_t = 0)]
     seed: u32,
-    /// Number of the frame to show: animation is at this frame, and a temporal filter has seen all frames up to it.
+    /// Number of the frame to show: animation is at this frame, and a temporal filter has seen up to 256 frames before it.
     #[arg(long, default_value_t = 0)]
     frame: u32,
     /// Check every texture for NaN and infinity, and fail where there is one.
@@ -62,22 +59,9 @@ pub(super) struct RenderArgs {
     check: bool,
 }
 
-#[derive(Args)]
-pub(super) struct PlanArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    technique: TechniqueArgs,
-    /// Image size, pixels.
-    #[arg(long, default_value = "1280x720", value_parser = parse_size, value_name = "WxH")]
-    size: [u32; 2],
-    /// Print JSON.
-    #[arg(long)]
-    json: bool,
-    /// Draw the plan as a graph, too: an SVG picture.
-    #[arg(long, value_name = "FILE.svg")]
-    graph: Option<PathBuf>,
-}
+/// Frames before the last that a temporal filter sees. After as many, an old image weighs less than 1/256 for every
+/// `temporal_a` up to 0.978. A filter with a larger one averages over these frames.
+const FILTERED: u32 = 256;
 
 impl RenderArgs {
     /// The command that renders the same image, with the settings of a preset written out.
@@ -126,10 +110,16 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     // The first frame also compiles the pipelines; the last one is the one whose times count.
     frames.run(0)?;
     // Only a filter over frames needs those before the last.
-    let first = if frames.plan().has_history() { 0 } else { args.frame };
+    let first = if frames.plan().has_history() { args.frame.saturating_sub(FILTERED) } else { args.frame };
+    if first > 0 && first < args.frame {
+        terminal::note(format_args!(
+            "note: the temporal filter has seen the {FILTERED} frames before frame {}, not all of them",
+            args.frame
+        ));
+    }
     let mut time = frames.run(first)?;
-    for frame in first + 1..=args.frame {
-        time = frames.run(frame)?;
+    for before in first..args.frame {
+        time = frames.run(before + 1)?;
     }
     let mut lines: String =
         time.passes.iter().map(|pass| format!("{:<16} {:>9.3} ms\n", pass.name, pass.milliseconds)).collect();
@@ -168,32 +158,4 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     }
     // Printed last: a reader that goes away costs no image.
     Ok(terminal::print(lines)?)
-}
-
-pub(super) fn plan(args: &PlanArgs) -> Result<(), Error> {
-    let (technique, settings) = args.technique.resolve()?;
-    let scene = open_scene(&args.scene.scene)?;
-    print_warnings(&scene.warnings);
-    let facts = halflight_renderer::scene::SceneFacts::of(&scene);
-    let mut plan = halflight_renderer::plan_frame(&facts, technique, &settings, args.size, Default::default())
-        .map_err(|e| Error::BadInput(e.to_string()))?;
-    plan.notes.extend(scene.warnings);
-    if let Some(path) = &args.graph {
-        if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("svg")) {
-            return Err(Error::BadInput(format!("--graph {} is no .svg: name it so", path.display())));
-        }
-        let picture = plan_graph::svg(&plan);
-        write_whole(path, |file| file.write_all(picture.as_bytes())).map_err(|e| Error::unwritable(path, e))?;
-    }
-    if args.json { print_json(&with_schedule(&plan)?) } else { Ok(terminal::print(plan)?) }
-}
-
-/// A plan as JSON; `when` of a pass says when it runs.
-fn with_schedule(plan: &FramePlan) -> Result<serde_json::Value, Error> {
-    let mut value = serde_json::to_value(plan).map_err(|e| Error::Failed(e.to_string()))?;
-    let passes = value["passes"].as_array_mut().into_iter().flatten();
-    for (pass, when) in passes.zip(plan.schedule()) {
-        pass["when"] = when.to_string().into();
-    }
-    Ok(value)
 }

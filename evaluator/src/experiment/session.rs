@@ -1,12 +1,13 @@
 //! A scene on a device: frames, their images and their times.
 
 use std::{
-    cell::RefCell,
+    cell::{OnceCell, RefCell},
+    collections::HashMap,
     path::{Path, PathBuf},
 };
 
 use halflight_frame_graph::{
-    Cause, Changed, CompiledGraph, Continuity, Externals, FramePlan, Gpu, Handle, ResourceId, ResourceKind, View,
+    Cause, Changed, CompiledGraph, Continuity, Externals, FramePlan, Gpu, Handle, ResourceId, View,
     non_finite::{NonFiniteCheck, ValueCounts},
 };
 use halflight_native::{
@@ -15,10 +16,10 @@ use halflight_native::{
     images::{Image, Rgb},
 };
 use halflight_renderer::{
-    DirectSource, extra_views,
+    DirectSource, PlanInputs, Planner, extra_views,
     gi::Technique,
-    parameters::{Settings, SettingsError},
-    plan_frame, plan_scene, plan_technique_of_scene,
+    parameters::Settings,
+    plan_frame, plan_scene, plan_technique_of_scene, plan_within,
     scene::{SceneBuffers, SceneFacts, SceneMotion, camera_view},
     texels::decoder,
 };
@@ -98,8 +99,8 @@ pub struct Session<'a> {
     pub scene: &'a Scene,
     /// What its plans start from.
     pub facts: SceneFacts,
-    /// Its buffers on the device.
-    pub buffers: SceneBuffers,
+    /// Its buffers on the device, once a plan of it fits.
+    buffers: OnceCell<SceneBuffers>,
 }
 
 /// What to render.
@@ -127,16 +128,15 @@ pub struct Frames<'a> {
 }
 
 impl<'a> Session<'a> {
-    /// Uploads a scene.
+    /// A scene, which is uploaded when the first plan fits the device.
     pub fn new(native: &'a NativeGpu, scene: &'a Scene) -> Self {
-        let buffers = SceneBuffers::new(&native.gpu, scene);
-        Self { native, scene, facts: SceneFacts::of(scene), buffers }
+        Self { native, scene, facts: SceneFacts::of(scene), buffers: OnceCell::new() }
     }
 
     /// A whole frame, ready to run: G-buffer, direct light and the technique.
     ///
     /// # Errors
-    /// A setting out of range, or a size that the device cannot hold.
+    /// A setting out of range, or what the device cannot hold: a scene, a size or a setting.
     pub fn frames(&self, request: &Request) -> Result<Frames<'a>, Error> {
         self.frames_of(&self.facts, request)
     }
@@ -147,12 +147,11 @@ impl<'a> Session<'a> {
     /// As [`Session::frames`].
     pub fn frames_of(&self, facts: &SceneFacts, request: &Request) -> Result<Frames<'a>, Error> {
         let direct = if request.direct.is_some() { DirectSource::Given } else { DirectSource::Rendered };
-        let plan = plan_frame(facts, request.technique, &request.settings, request.size, direct);
-        let mut externals = Externals { scene: Some(&self.buffers), ..Default::default() };
-        if let Some(direct) = request.direct {
-            externals.textures.insert("direct", upload(&self.native.gpu, request.size, direct));
-        }
-        self.ready(plan, &externals, request.size, request.seed)
+        self.ready(
+            Wanted::of(facts, request),
+            &|settings, size| plan_frame(facts, request.technique, settings, size, direct),
+            || self.given(request).collect(),
+        )
     }
 
     /// G-buffer and direct light alone, ready to run; many techniques can share what it leaves.
@@ -160,9 +159,11 @@ impl<'a> Session<'a> {
     /// # Errors
     /// As [`Session::frames`].
     pub fn scene_frames(&self, settings: &Settings, size: [u32; 2]) -> Result<Frames<'a>, Error> {
-        let plan = needs_of_any(settings)
-            .and_then(|needs| plan_scene(&self.facts, needs, settings, size, DirectSource::Rendered));
-        self.ready(plan, &Externals { scene: Some(&self.buffers), ..Default::default() }, size, 0)
+        let plan = |settings: &Settings, size| {
+            let needs = needs_of_any(settings)?;
+            plan_scene(&self.facts, needs, settings, size, DirectSource::Rendered)
+        };
+        self.ready(Wanted { facts: &self.facts, technique: None, settings, size, seed: 0 }, &plan, HashMap::new)
     }
 
     /// The technique alone, ready to run on what [`Session::scene_frames`] left; a whole frame where surfaces only
@@ -176,15 +177,13 @@ impl<'a> Session<'a> {
         if self.facts.needs.receive_only || extra.map_err(|e| Error::BadInput(e.to_string()))? {
             return self.frames(request);
         }
-        let plan = plan_technique_of_scene(&self.facts, request.technique, &request.settings, request.size);
-        let mut externals = Externals { scene: Some(&self.buffers), ..Default::default() };
-        for name in ["depth", "normal", "albedo", "direct", "material"] {
-            externals.textures.extend(scene.recording.output(name).map(|texture| (name, texture.clone())));
-        }
-        if let Some(direct) = request.direct {
-            externals.textures.insert("direct", upload(&self.native.gpu, request.size, direct));
-        }
-        self.ready(plan, &externals, request.size, request.seed)
+        let found = ["depth", "normal", "albedo", "direct", "material"].into_iter();
+        let found = found.filter_map(|name| Some((name, scene.recording.output(name)?.clone())));
+        self.ready(
+            Wanted::of(&self.facts, request),
+            &|settings, size| plan_technique_of_scene(&self.facts, request.technique, settings, size),
+            || found.chain(self.given(request)).collect(),
+        )
     }
 
     /// A plan that the caller made or added to, ready to run on this scene. The first frame sees with `seed`.
@@ -192,44 +191,63 @@ impl<'a> Session<'a> {
     /// # Errors
     /// As [`Session::frames`].
     pub fn frames_of_plan(&self, plan: FramePlan, seed: u32) -> Result<Frames<'a>, Error> {
-        let size = plan.display_size;
-        self.ready(Ok(plan), &Externals { scene: Some(&self.buffers), ..Default::default() }, size, seed)
+        let (settings, size) = (Settings::new(), plan.display_size);
+        let wanted = Wanted { facts: &self.facts, technique: None, settings: &settings, size, seed };
+        self.ready(wanted, &|_, _| Ok(plan.clone()), HashMap::new)
+    }
+
+    /// The direct light of a request as a texture.
+    fn given(&self, request: &Request) -> impl Iterator<Item = (&'static str, wgpu::Texture)> {
+        let direct = request.direct.map(|direct| upload(&self.native.gpu, request.size, direct));
+        direct.map(|texture| ("direct", texture)).into_iter()
     }
 
     fn ready(
         &self,
-        plan: Result<FramePlan, SettingsError>,
-        externals: &Externals,
-        size: [u32; 2],
-        seed: u32,
+        wanted: Wanted,
+        plan: &Planner,
+        textures: impl FnOnce() -> HashMap<&'static str, wgpu::Texture>,
     ) -> Result<Frames<'a>, Error> {
-        let plan = plan.map_err(|e| Error::BadInput(e.to_string()))?;
+        let Wanted { facts, technique, settings, size, seed } = wanted;
         let gpu = &self.native.gpu;
-        let largest = gpu.device.limits().max_texture_dimension_2d;
-        for resource in &plan.resources {
-            if let ResourceKind::Texture { size: [w, h], .. } | ResourceKind::Previous { size: [w, h], .. } =
-                resource.kind
-                && [w, h].iter().any(|&v| v > largest || v == 0)
-            {
-                return Err(Error::BadInput(format!(
-                    "the texture {} of {w}x{h} does not fit this adapter: choose sizes from 1 to {largest}",
-                    resource.name
-                )));
-            }
-        }
+        let parameters = technique.map(|technique| (technique.parameters)()).unwrap_or_default();
+        let inputs = PlanInputs { parameters: &parameters, settings, size };
+        let plan = plan_within(&gpu.limits(), facts, inputs, plan).map_err(|e| Error::BadInput(e.to_string()))?;
         let mut view = camera_view(&self.scene.camera, size, self.facts.near);
         view.seed = seed;
         // Between two frames nothing changes unless the scene says so.
         view.continuity = Continuity::Static;
-        let recording =
-            self.native.refusals(|| CompiledGraph::new(gpu, plan, externals)).map_err(|refusal| match refusal {
-                Refusal::Lost => Error::Failed(refusal.to_string()),
-                Refusal::Refused(_) => Error::BadInput(format!(
-                    "{refusal}: make the image smaller, use fewer lights, or lower direct.shadow_map_size"
-                )),
-            })?;
-        let motion = SceneMotion::new(self.scene, &self.buffers, &self.facts);
-        Ok(Frames { gpu, timing: Timing::of(self.native), recording, view, motion })
+        let make = || {
+            let buffers = self.buffers.get_or_init(|| SceneBuffers::new(gpu, self.scene));
+            let externals = Externals { scene: Some(buffers), textures: textures() };
+            let motion = SceneMotion::new(self.scene, buffers, &self.facts);
+            (CompiledGraph::new(gpu, plan, &externals), motion)
+        };
+        let (recording, motion) = self.native.refusals(make).map_err(|refusal| match refusal {
+            Refusal::Lost => Error::Failed(refusal.to_string()),
+            Refusal::Refused(_) => Error::BadInput(format!(
+                "{refusal}: make the image smaller, use fewer lights, or lower direct.shadow_map_size"
+            )),
+        })?;
+        // A frame of very many passes has no timestamps.
+        let timing = if recording.timing_buffer().is_some() { Timing::of(self.native) } else { Timing::Clock };
+        Ok(Frames { gpu, timing, recording, view, motion })
+    }
+}
+
+/// What frames are made from, apart from the scene's buffers.
+struct Wanted<'a> {
+    facts: &'a SceneFacts,
+    technique: Option<&'static Technique>,
+    settings: &'a Settings,
+    size: [u32; 2],
+    seed: u32,
+}
+
+impl<'a> Wanted<'a> {
+    fn of(facts: &'a SceneFacts, request: &'a Request) -> Self {
+        let &Request { technique, ref settings, size, seed, .. } = request;
+        Self { facts, technique: Some(technique), settings, size, seed }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use halflight_shared_shaders::{BindingKind, Shader, Stage};
 
-use super::{Provider, ReadyDraw, ReadyPass, resolve_history};
+use super::{Provider, ReadyDraw, ReadyPass, resolve_history, tile::clear_pipeline};
 use crate::{
     Gpu,
     plan::{Draw, FramePlan, Pass, ResourceId, Work},
@@ -36,7 +36,7 @@ impl Maker<'_> {
                 let workgroups = [size[0].div_ceil(entry.workgroup_size[0]), size[1].div_ceil(entry.workgroup_size[1])];
                 ReadyPass::Compute { pipeline, groups, workgroups }
             }
-            Work::Draw { draws, targets, depth } => {
+            Work::Draw { draws, targets, depth, tile } => {
                 let formats: Vec<_> = targets.iter().map(|&id| self.texture(pass, id).format()).collect();
                 let draws = draws.iter().map(|draw| self.draw(pass, draw, params, &formats)).collect();
                 let colors =
@@ -47,7 +47,8 @@ impl Maker<'_> {
                     array_layer_count: Some(1),
                     ..Default::default()
                 });
-                ReadyPass::Draw { draws, colors, depth }
+                let tile = tile.map(|tile| (tile, clear_pipeline(self.gpu)));
+                ReadyPass::Draw { draws, colors, depth, tile }
             }
             Work::Voxelize { target, triangles } => {
                 let pipeline = self.gpu.render_pipeline(shader, &pass.constants, &[], true);

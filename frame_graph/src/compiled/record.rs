@@ -4,7 +4,7 @@ use std::sync::MutexGuard;
 
 use halflight_shared_shaders::BindingKind;
 
-use super::{Changed, CompiledGraph, ReadyPass, Triangles, frame_state::FrameState, timer::Timer};
+use super::{Changed, CompiledGraph, ReadyPass, Triangles, frame_state::FrameState, tile::begin_tile, timer::Timer};
 use crate::{Gpu, View, plan::Cause};
 
 impl CompiledGraph {
@@ -96,7 +96,7 @@ impl CompiledGraph {
                 pass.set_bind_group(0, &groups[ping_pong], &[]);
                 pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);
             }
-            ReadyPass::Draw { draws, colors, depth } => {
+            ReadyPass::Draw { draws, colors, depth, tile } => {
                 let attachments: Vec<_> = colors
                     .iter()
                     .map(|view| {
@@ -111,7 +111,13 @@ impl CompiledGraph {
                         })
                     })
                     .collect();
-                let mut pass = render_pass(encoder, label, &attachments, (depth, wgpu::StoreOp::Store), timestamps);
+                // The other tiles of the layer stay as they are.
+                let load = if tile.is_some() { wgpu::LoadOp::Load } else { wgpu::LoadOp::Clear(0.0) };
+                let mut pass =
+                    render_pass(encoder, label, &attachments, (depth, load, wgpu::StoreOp::Store), timestamps);
+                if let Some((tile, clear)) = tile {
+                    begin_tile(&mut pass, *tile, clear);
+                }
                 for ready in draws {
                     pass.set_pipeline(&ready.pipeline);
                     pass.set_bind_group(0, &ready.group, &[]);
@@ -119,7 +125,8 @@ impl CompiledGraph {
                 }
             }
             ReadyPass::Voxelize { pipeline, group, target, triangles } => {
-                let mut pass = render_pass(encoder, label, &[], (target, wgpu::StoreOp::Discard), timestamps);
+                let target = (target, wgpu::LoadOp::Clear(0.0), wgpu::StoreOp::Discard);
+                let mut pass = render_pass(encoder, label, &[], target, timestamps);
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, group, &[]);
                 draw(&mut pass, triangles.as_ref());
@@ -140,12 +147,12 @@ impl CompiledGraph {
     }
 }
 
-/// Begins a render pass with cleared targets. `store` tells whether its depth is kept.
+/// Begins a render pass with cleared colour targets. `load` and `store` are those of its depth.
 fn render_pass<'a>(
     encoder: &'a mut wgpu::CommandEncoder,
     label: Option<&str>,
     color_attachments: &[Option<wgpu::RenderPassColorAttachment>],
-    (depth, store): (&wgpu::TextureView, wgpu::StoreOp),
+    (depth, load, store): (&wgpu::TextureView, wgpu::LoadOp<f32>, wgpu::StoreOp),
     timestamp_writes: Option<wgpu::RenderPassTimestampWrites>,
 ) -> wgpu::RenderPass<'a> {
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -153,7 +160,7 @@ fn render_pass<'a>(
         color_attachments,
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
             view: depth,
-            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store }),
+            depth_ops: Some(wgpu::Operations { load, store }),
             stencil_ops: None,
         }),
         timestamp_writes,

@@ -88,8 +88,12 @@ pub enum Cause {
     Pass(usize),
 }
 
-/// A texture, one layer of it, or a buffer.
-type Place = (ResourceId, Option<u32>);
+/// A part of a resource: a layer of a texture with the corner of a tile in it, or the index of a part of a buffer. A layer
+/// is drawn either whole or in tiles.
+type Index = (u32, Option<[u32; 2]>);
+
+/// A resource, and the part of it where that is known.
+type Place = (ResourceId, Option<Index>);
 
 /// The dependencies between the passes of a plan.
 #[derive(Clone, Debug, Default)]
@@ -144,7 +148,7 @@ fn link(
 ) {
     let written = |pass: usize| writes[pass].iter().filter(move |(id, _)| *id == resource).map(|(_, part)| *part);
     let writers = (0..writes.len()).flat_map(|pass| written(pass).map(move |part| (part, pass)));
-    let mut by_part: BTreeMap<Option<u32>, Vec<usize>> = BTreeMap::new();
+    let mut by_part: BTreeMap<Option<Index>, Vec<usize>> = BTreeMap::new();
     for (part, pass) in writers {
         by_part.entry(part).or_default().push(pass);
     }
@@ -213,8 +217,8 @@ fn link_part(contents: &Contents, readers: &[usize], is_output: bool, leads_to: 
 fn places_written(pass: &Pass) -> Vec<Place> {
     let (_, written) = pass.reads_and_writes();
     let layer = |id: ResourceId| match pass.work {
-        Work::Draw { depth: (target, layer), .. } if target == id => Some(layer),
-        _ => pass.parts.iter().find(|(part_of, _)| *part_of == id).map(|&(_, part)| part),
+        Work::Draw { depth: (target, layer), tile, .. } if target == id => Some((layer, tile.map(|tile| tile.corner))),
+        _ => pass.parts.iter().find(|(part_of, _)| *part_of == id).map(|&(_, part)| (part, None)),
     };
     let cleared = pass.cleared.iter().filter(|id| !written.contains(id)).copied().collect::<Vec<_>>();
     written.into_iter().chain(cleared).map(|id| (id, layer(id))).collect()

@@ -12,7 +12,7 @@ use wgpu::TextureFormat as Format;
 use super::{DirectSource, SceneFacts};
 use crate::{
     parameters::{Settings, SettingsError},
-    scene::{far_shadow_view, shadow_entries, shadow_view, triangles},
+    scene::{ShadowAtlas, far_shadow_view, shadow_entries, shadow_view, triangles},
 };
 
 pub(super) struct SceneResources {
@@ -141,8 +141,11 @@ pub(super) fn plan_shadows(
         return Ok(None);
     }
     let count = layers.len() + far.len();
-    let maps =
-        plan.texture_array("shadow_maps", [map_size; 2], count as u32, Gpu::DEPTH_FORMAT, counted(count, "shadow map"));
+    let lights = facts.needs.lights;
+    let atlas = ShadowAtlas::of_lights(count as u32, map_size, lights)?;
+    plan.notes.extend(atlas.note(map_size));
+    let reason = counted(count, "shadow map");
+    let maps = plan.texture_array("shadow_maps", [atlas.layer_size(); 2], atlas.layers(), Gpu::DEPTH_FORMAT, reason);
     let entries = shadow_entries(plan, layers, far, map_size);
     let draw = |plan: &mut FramePlan, layer: usize, name: String, view: ResourceId, reason: &str| {
         let textures = scene.texels.filter(|_| facts.needs.alpha_tested);
@@ -155,11 +158,12 @@ pub(super) fn plan_shadows(
             triangles: None,
         };
         let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();
-        plan.pass(Part::Direct, name, run).because(reason).draw(
-            triangles::by_alpha(facts.needs.alpha_tested, opaque),
-            Vec::new(),
-            (maps, layer as u32),
-        );
+        let drawn = triangles::by_alpha(facts.needs.alpha_tested, opaque);
+        let pass = plan.pass(Part::Direct, name, run).because(reason);
+        match atlas.place(layer as u32) {
+            (layer, None) => pass.draw(drawn, Vec::new(), (maps, layer)),
+            (layer, Some(tile)) => pass.draw_tile(drawn, (maps, layer), tile),
+        }
     };
     for (index, layer) in layers.iter().enumerate() {
         let view = shadow_view(plan, index, layer);

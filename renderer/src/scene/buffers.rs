@@ -7,7 +7,7 @@ use glam::{Mat4, Vec3, vec2};
 use halflight_frame_graph::{Gpu, Provider, Triangles};
 use halflight_scenes::{Light, Mesh, Scene};
 
-use super::{environment::environment_words, numbered_triangles::NumberedTriangles, texel_pool::texel_pool};
+use super::{environment::environment_words, numbered_triangles::NumberedTriangles, texel_pool};
 
 /// Twin of `Vertex` in `common/scene.wgsl`.
 #[repr(C)]
@@ -70,8 +70,8 @@ pub struct SceneBuffers {
     pub indices: wgpu::Buffer,
     /// `array<Material>`.
     pub materials: wgpu::Buffer,
-    /// `array<u32>`: for each texture its width, its height and its texels.
-    pub texels: wgpu::Buffer,
+    /// The texel pool: for each texture its width, its height and its texels.
+    pub texels: wgpu::Texture,
     /// `array<Light>`.
     pub lights: wgpu::Buffer,
     /// `array<Object>`, the first one for static geometry; `None` if nothing is animated.
@@ -97,10 +97,10 @@ pub struct SceneBuffers {
 }
 
 impl SceneBuffers {
-    /// Uploads a scene.
+    /// Uploads a scene that the device can hold: see [`SceneSize::check`](super::SceneSize::check).
     pub fn new(gpu: &Gpu, scene: &Scene) -> Self {
         let (vertices, indices) = geometry(scene);
-        let (starts, texels) = texel_pool(&scene.textures);
+        let (starts, texels) = texel_pool::texel_pool(&scene.textures);
         let texture = |index: Option<usize>| index.map_or(NO_TEXTURE, |index| starts[index]);
         let materials: Vec<Material> = scene
             .materials
@@ -138,7 +138,7 @@ impl SceneBuffers {
             vertices: storage("scene.vertices", cast_slice(&vertices), size_of::<Vertex>(), none),
             indices: storage("scene.indices", cast_slice(&indices), 4, wgpu::BufferUsages::INDEX),
             materials: storage("scene.materials", cast_slice(&materials), size_of::<Material>(), none),
-            texels: storage("scene.texels", cast_slice(&texels), 4, none),
+            texels: texel_pool::upload(gpu, texels),
             lights: storage("scene.lights", cast_slice(&lights), size_of::<GpuLight>(), copied_to),
             objects,
             environment: scene
@@ -174,9 +174,17 @@ impl SceneBuffers {
 
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
-        let all = [&self.vertices, &self.indices, &self.materials, &self.texels, &self.lights];
+        let all = [&self.vertices, &self.indices, &self.materials, &self.lights];
+        let texels =
+            4 * u64::from(self.texels.width() * self.texels.height()) * u64::from(self.texels.depth_or_array_layers());
         let numbered = self.numbered.get().into_iter().flat_map(|numbered| [&numbered.indices, &numbered.corners]);
-        all.into_iter().chain(&self.objects).chain(&self.environment).chain(numbered).map(wgpu::Buffer::size).sum()
+        all.into_iter()
+            .chain(&self.objects)
+            .chain(&self.environment)
+            .chain(numbered)
+            .map(wgpu::Buffer::size)
+            .sum::<u64>()
+            + texels
     }
 }
 
@@ -186,13 +194,16 @@ impl Provider for SceneBuffers {
             "vertices" => Some(self.vertices.clone()),
             "indices" => Some(self.indices.clone()),
             "materials" => Some(self.materials.clone()),
-            "texels" => Some(self.texels.clone()),
             "lights" => Some(self.lights.clone()),
             "corners" => Some(self.numbered(gpu).corners.clone()),
             "objects" => self.objects.clone(),
             "environment" => self.environment.clone(),
             _ => None,
         }
+    }
+
+    fn texture(&self, name: &str) -> Option<wgpu::Texture> {
+        (name == "scene.texels").then(|| self.texels.clone())
     }
 
     fn triangles(&self, gpu: &Gpu, name: &str) -> Option<Triangles> {

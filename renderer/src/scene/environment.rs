@@ -5,13 +5,25 @@ use halflight_scenes::Environment;
 /// Largest width of the environment map for techniques. A wider one is averaged over squares.
 const LOOK_UP_WIDTH: u32 = 64;
 
+/// Width and height of the small copy, and the number of texels along each side that one of its texels averages.
+fn small_size(environment: &Environment) -> ([u32; 2], u32) {
+    let factor = environment.width.div_ceil(LOOK_UP_WIDTH).max(1);
+    ([environment.width.div_ceil(factor), environment.height.div_ceil(factor)], factor)
+}
+
+/// Number of the words that [`environment_words`] gives.
+pub(super) fn word_count(environment: &Environment) -> u64 {
+    let [width, height] = [environment.width, environment.height].map(u64::from);
+    let [small_width, small_height] = small_size(environment).0.map(u64::from);
+    10 + width * height + small_width * small_height + height
+}
+
 /// Twin of the layout in `common/environment.wgsl`: sizes, nine coefficients of irradiance, the map with the cumulative
 /// shares of each row, a small copy, and the cumulative shares of the rows.
 pub(super) fn environment_words(environment: &Environment) -> Vec<[f32; 4]> {
     let Environment { width, height, texels, .. } = environment;
     let (w, h) = (*width, *height);
-    let factor = w.div_ceil(LOOK_UP_WIDTH).max(1);
-    let small = [w.div_ceil(factor), h.div_ceil(factor)];
+    let (small, factor) = small_size(environment);
     let mut words = vec![[w, h, small[0], small[1]].map(|v| v as f32)];
     words.extend(irradiance_coefficients(environment).map(|[r, g, b]| [r, g, b, 0.0]));
     let shares = LightShares::of(environment);

@@ -3,7 +3,7 @@
 use halflight_scenes::{Camera, Scene, SceneNeeds};
 
 use super::{
-    EmittingTriangle, Extent, ShadowLayer,
+    EmittingTriangle, Extent, SceneSize, ShadowLayer,
     bounds::diagonal,
     emitters::emitting_triangles,
     shadow::{far_shadow_layers, shadow_layers},
@@ -31,6 +31,8 @@ pub struct SceneFacts {
     pub extent: Extent,
     /// Number of triangles.
     pub triangles: u32,
+    /// Sizes of its buffers on a device.
+    pub size: SceneSize,
     /// Whether only surfaces that the camera sees send light in reflective shadow maps. Used to separate errors of
     /// light from the screen from errors of light from off the screen.
     pub only_seen_surfaces_send: bool,
@@ -59,6 +61,7 @@ impl SceneFacts {
             bounds: [[0.0; 3]; 2],
             extent,
             triangles: scene.triangle_count() as u32,
+            size: SceneSize::of(scene),
             only_seen_surfaces_send: false,
             emitters: emitting_triangles(scene),
         };

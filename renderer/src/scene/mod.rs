@@ -10,7 +10,9 @@ mod focus;
 mod motion;
 mod numbered_triangles;
 pub(crate) mod shadow;
+mod shadow_atlas;
 mod shadow_views;
+mod size;
 pub(crate) mod texel_pool;
 
 pub use buffers::{SceneBuffers, triangles};
@@ -19,7 +21,9 @@ pub use facts::SceneFacts;
 pub use focus::{Extent, Sight};
 pub use motion::{LIGHTS, OBJECTS, SceneMotion};
 pub use shadow::ShadowLayer;
+pub use shadow_atlas::ShadowAtlas;
 pub use shadow_views::{far_shadow_view, light_projections, shadow_entries, shadow_view};
+pub use size::SceneSize;
 
 use halflight_frame_graph::View;
 use halflight_scenes::Camera;

@@ -1,6 +1,7 @@
 //! Triangles that carry their number to the fragment shader without `primitive_index`.
 
 use halflight_frame_graph::Gpu;
+use halflight_scenes::{Mesh, Scene};
 
 /// The triangles with their numbers, for browsers without `primitive_index`: the first corner of each triangle, from
 /// which a flat varying is taken, begins no other triangle.
@@ -24,6 +25,23 @@ impl NumberedTriangles {
             corners: buffer("scene.corners", bytemuck::cast_slice(&corners), wgpu::BufferUsages::STORAGE),
         }
     }
+}
+
+/// Number of the corners that [`NumberedTriangles`] uploads for this scene.
+pub(super) fn corner_count(scene: &Scene) -> u64 {
+    let of_mesh = |mesh: &Mesh| {
+        let mut taken = vec![false; mesh.positions.len()];
+        let mut count = mesh.positions.len() as u64;
+        for of in mesh.indices.as_chunks::<3>().0 {
+            match of.iter().find(|&&corner| !taken[corner as usize]) {
+                Some(&corner) => taken[corner as usize] = true,
+                None => count += 1,
+            }
+        }
+        count
+    };
+    // Triangles of different meshes share no vertex.
+    scene.meshes.iter().map(of_mesh).sum()
 }
 
 /// Indices with each triangle rotated so that it begins with a corner of its own, and those corners: a vertex and the

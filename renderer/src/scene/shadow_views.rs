@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Mat4;
 use halflight_frame_graph::{FramePlan, Handle, ResourceId};
 
-use super::ShadowLayer;
+use super::{ShadowAtlas, ShadowLayer};
 
 /// Kinds of handles: one shadow map layer, by its index.
 const SHADOW_VIEW: &str = "light_view";
@@ -12,7 +12,7 @@ const SHADOW_VIEW: &str = "light_view";
 const FAR_SHADOW_VIEW: &str = "far_view";
 /// World to clip space of all layers.
 const LIGHT_PROJECTIONS: &str = "light_projections";
-/// All layers, by the width of the shadow maps in texels.
+/// All layers, by the width that the setting asks for, texels.
 const SHADOW_LAYERS: &str = "shadow_layers";
 
 /// Twin of `ShadowView` in common/shadow_view.wgsl.
@@ -32,7 +32,8 @@ struct ShadowEntry {
     world_to_clip: Mat4,
     texel_width: f32,
     coarser: u32,
-    unused: [u32; 2],
+    map: u32,
+    corner: u32,
 }
 
 /// There is no coarser layer.
@@ -61,10 +62,11 @@ pub fn light_projections(plan: &mut FramePlan, layers: &[ShadowLayer]) -> Resour
     )
 }
 
-/// The layers of shadow maps that are `map_size` texels wide, and after them the `far` ones.
-pub fn shadow_entries(plan: &mut FramePlan, layers: &[ShadowLayer], far: &[ShadowLayer], map_size: u32) -> ResourceId {
-    let handle = Handle { kind: SHADOW_LAYERS, index: map_size };
-    plan.changing_data(handle, SHADOW_LAYERS, || entry_bytes(layers, far, map_size), "views of the shadow map layers")
+/// The layers of shadow maps in a [`ShadowAtlas`] of maps that are at most `wanted` texels wide, and after them the `far`
+/// ones.
+pub fn shadow_entries(plan: &mut FramePlan, layers: &[ShadowLayer], far: &[ShadowLayer], wanted: u32) -> ResourceId {
+    let handle = Handle { kind: SHADOW_LAYERS, index: wanted };
+    plan.changing_data(handle, SHADOW_LAYERS, || entry_bytes(layers, far, wanted), "views of the shadow map layers")
 }
 
 /// New contents of a handle after the lights changed to these layers and `far` ones.
@@ -76,7 +78,7 @@ pub(super) fn contents(handle: Handle, layers: &[ShadowLayer], far: &[ShadowLaye
         Handle { kind: SHADOW_VIEW, index } => view_bytes(&layers[index as usize]),
         Handle { kind: FAR_SHADOW_VIEW, index } => view_bytes(&far[index as usize]),
         Handle { kind: LIGHT_PROJECTIONS, .. } => projection_bytes(layers),
-        Handle { kind: SHADOW_LAYERS, index: map_size } => entry_bytes(layers, far, map_size),
+        Handle { kind: SHADOW_LAYERS, index: wanted } => entry_bytes(layers, far, wanted),
         Handle { kind, index } => panic!("the scene has no contents for {kind} {index}"),
     }
 }
@@ -90,7 +92,10 @@ fn projection_bytes(layers: &[ShadowLayer]) -> Vec<u8> {
     layers.iter().flat_map(|layer| bytemuck::bytes_of(&layer.world_to_clip).to_vec()).collect()
 }
 
-fn entry_bytes(layers: &[ShadowLayer], far: &[ShadowLayer], map_size: u32) -> Vec<u8> {
+fn entry_bytes(layers: &[ShadowLayer], far: &[ShadowLayer], wanted: u32) -> Vec<u8> {
+    let maps = (layers.len() + far.len()) as u32;
+    // A plan has an atlas only if the maps fit.
+    let atlas = ShadowAtlas::new(maps, wanted).unwrap_or(ShadowAtlas { maps, map_size: wanted, per_side: 1 });
     // The next coarser layer of a light that has far layers.
     let coarser = |index: usize, light: u32| {
         // A far layer is followed by the next one of its light.
@@ -98,11 +103,16 @@ fn entry_bytes(layers: &[ShadowLayer], far: &[ShadowLayer], map_size: u32) -> Ve
         let found = far.iter().enumerate().skip(first_far).find(|(_, layer)| layer.light == light);
         found.map_or(NO_LAYER, |(next, _)| (layers.len() + next) as u32)
     };
-    let entry = |(index, layer): (usize, &ShadowLayer)| ShadowEntry {
-        world_to_clip: layer.world_to_clip,
-        texel_width: layer.width / map_size as f32,
-        coarser: coarser(index, layer.light),
-        unused: [0; 2],
+    let entry = |(index, layer): (usize, &ShadowLayer)| {
+        let (map_layer, tile) = atlas.place(index as u32);
+        let [x, y] = tile.map_or([0; 2], |tile| tile.corner);
+        ShadowEntry {
+            world_to_clip: layer.world_to_clip,
+            texel_width: layer.width / atlas.map_size as f32,
+            coarser: coarser(index, layer.light),
+            map: map_layer | atlas.map_size << 16,
+            corner: x | y << 16,
+        }
     };
     bytemuck::cast_slice(&layers.iter().chain(far).enumerate().map(entry).collect::<Vec<_>>()).to_vec()
 }

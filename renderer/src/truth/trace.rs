@@ -85,14 +85,18 @@ impl Trace {
         }
         let layout = Layout::new(request);
         let pixels = u64::from(request.size[0]) * u64::from(request.size[1]);
+        // Bytes of a pixel in the larger of the two buffers.
+        let largest = (size_of::<PrimarySurface>() as u64).max(u64::from(layout.words) * 4);
         let buffer = |label, bytes: u64| {
             let limits = gpu.device.limits();
             let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
             if bytes > most {
+                let scale = (most as f64 / (pixels * largest) as f64).sqrt();
+                let [w, h] = request.size;
+                let [fits_w, fits_h] = request.size.map(|side| ((f64::from(side) * scale) as u32).max(1));
                 return Err(TruthError(format!(
-                    "truth of {}x{} pixels takes a buffer of {} MiB and the adapter allows {}; make the image smaller",
-                    request.size[0],
-                    request.size[1],
+                    "truth of {w}x{h} pixels takes a buffer of {} MiB and the adapter allows {}: use at most \
+                     {fits_w}x{fits_h} pixels",
                     bytes >> 20,
                     most >> 20
                 )));

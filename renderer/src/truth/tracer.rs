@@ -8,8 +8,8 @@ use super::{
     bvh::Bvh,
     sources::{Emitters, is_uneven},
 };
-use crate::scene::SceneBuffers;
-use halflight_frame_graph::Gpu;
+use crate::scene::{SceneBuffers, texel_pool};
+use halflight_frame_graph::{ExternalSize, Gpu, check_external};
 
 /// Texels in a row of the BVH's textures: 2^`ROW_BITS` of `truth/traversal.wgsl`.
 const ROW: usize = 4096;
@@ -51,6 +51,15 @@ impl Tracer {
     /// # Errors
     /// If the BVH is too deep or too large for the device.
     pub fn new(gpu: &Gpu, scene: &Scene, buffers: &SceneBuffers) -> Result<Self, TruthError> {
+        let words = ExternalSize {
+            bytes: 4 * texel_pool::words(&scene.textures),
+            element: 4,
+            elements: "texels in all textures for a path-traced reference",
+            texture: None,
+        };
+        check_external(&gpu.limits(), "truth.texels", words).map_err(|error| TruthError(error.to_string()))?;
+        let mut texels = texel_pool::texel_pool(&scene.textures).1;
+        texels.resize(texels.len().max(1), 0);
         let bvh = Bvh::build(scene)?;
         let scene_radius = scene.bounds().map_or(0.0, |(low, high)| (high - low).length() / 2.0);
         let radiance_scale = radiance_scale(scene);
@@ -68,7 +77,7 @@ impl Tracer {
             triangles: upload(gpu, "truth.triangles", bvh.triangles)?,
             attributes: upload(gpu, "truth.attributes", bvh.attributes)?,
             materials: buffers.materials.clone(),
-            texels: buffers.texels.clone(),
+            texels: gpu.filled_buffer("truth.texels", bytemuck::cast_slice(&texels), wgpu::BufferUsages::STORAGE),
             lights: buffers.lights.clone(),
             environment: buffers.environment.clone().unwrap_or_else(|| {
                 gpu.device.create_buffer(&wgpu::BufferDescriptor {

@@ -1,6 +1,6 @@
-// All textures of a scene in one buffer, filtered in the shader: textures of any size with one binding, and the same
-// values in the rasterizer and the path tracer. The functions take fetched words, because WGSL cannot pass a storage
-// buffer to a function. A shader that binds `texels` calls `texture_footprint`, loads the four words and calls
+// All textures of a scene in one array of words, filtered in the shader: textures of any size with one binding, and the
+// same values in the rasterizer and the path tracer. The functions take fetched words, because WGSL cannot pass a binding
+// to a function. A shader that binds `texels` calls `texture_footprint`, loads the four words and calls
 // `filter_footprint`.
 import package::common::scene::decode_texel;
 

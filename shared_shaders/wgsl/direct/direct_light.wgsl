@@ -26,8 +26,10 @@ struct ShadowLayer {
     texel_width: f32,
     // Index of the next coarser layer of the light.
     coarser: u32,
-    unused_0: f32,
-    unused_1: f32,
+    // Layer of the texture in the lower 16 bits, width of the map in the upper 16 bits, texels.
+    map: u32,
+    // Upper left corner of the map in that layer, texels: x in the lower 16 bits, y in the upper 16 bits.
+    corner: u32,
 }
 
 @if(lit)
@@ -59,7 +61,9 @@ const OFFSET: f32 = 0.7;
 struct MapPosition {
     at: vec2f,
     depth: f32,
+    // Of the texture.
     layer: u32,
+    corner: vec2u,
     // Change of depth on the receiver's plane per texel.
     slope: vec2f,
 }
@@ -74,6 +78,8 @@ fn to_texels(ndc: vec2f, size: f32) -> vec2f {
 @if(lit)
 fn in_layer(layer: u32, position: vec3f, plane: vec3f, texel: f32, size: f32) -> MapPosition {
     let world_to_clip = shadow_layers[layer].world_to_clip;
+    let packed_corner = shadow_layers[layer].corner;
+    let corner = vec2u(packed_corner & 0xffffu, packed_corner >> 16u);
     let clip = world_to_clip * vec4f(position + plane * (OFFSET * texel), 1.0);
     let ndc = clip.xyz / clip.w;
     // Derivatives along two directions of the plane. A projection takes planes to planes, so depth is linear in them.
@@ -85,7 +91,8 @@ fn in_layer(layer: u32, position: vec3f, plane: vec3f, texel: f32, size: f32) ->
     let b = (along_b.xyz - ndc * along_b.w) / clip.w;
     let area = a.x * b.y - a.y * b.x;
     let slope = vec2f(a.z * b.y - b.z * a.y, b.z * a.x - a.z * b.x) / area;
-    return MapPosition(to_texels(ndc.xy, size), ndc.z, layer, slope * vec2f(2.0, -2.0) / size);
+    let map_layer = shadow_layers[layer].map & 0xffffu;
+    return MapPosition(to_texels(ndc.xy, size), ndc.z, map_layer, corner, slope * vec2f(2.0, -2.0) / size);
 }
 
 /// Three texels of a row: 1 where the receiver's plane is at least as close to the light.
@@ -93,9 +100,9 @@ fn in_layer(layer: u32, position: vec3f, plane: vec3f, texel: f32, size: f32) ->
 fn lit_row(place: MapPosition, columns: vec3f, row: f32) -> vec3f {
     let own = place.depth + place.slope.x * (columns - place.at.x) + place.slope.y * (row - place.at.y);
     let occluders = vec3f(
-        textureLoad(shadow_maps, vec2u(vec2f(columns.x, row)), place.layer, 0),
-        textureLoad(shadow_maps, vec2u(vec2f(columns.y, row)), place.layer, 0),
-        textureLoad(shadow_maps, vec2u(vec2f(columns.z, row)), place.layer, 0),
+        textureLoad(shadow_maps, vec2u(vec2f(columns.x, row)) + place.corner, place.layer, 0),
+        textureLoad(shadow_maps, vec2u(vec2f(columns.y, row)) + place.corner, place.layer, 0),
+        textureLoad(shadow_maps, vec2u(vec2f(columns.z, row)) + place.corner, place.layer, 0),
     );
     return select(vec3f(0.0), vec3f(1.0), own >= occluders);
 }
@@ -109,7 +116,7 @@ fn shadow(light: Light, position: vec3f, plane: vec3f, toward_light: vec3f, dist
         // The surface faces away from the light.
         return 0.0;
     }
-    let size = f32(textureDimensions(shadow_maps).x);
+    let size = f32(shadow_layers[light.shadow_layer].map >> 16u);
     var layer = light.shadow_layer;
     let scale = select(1.0, distance, distance > 0.0);
     if light.shadow_faces == 6u {

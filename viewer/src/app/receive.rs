@@ -3,6 +3,7 @@
 use std::sync::PoisonError;
 
 use eframe::egui;
+use halflight_renderer::scene::SceneSize;
 use halflight_scenes::Scene;
 
 use super::Viewer;
@@ -142,15 +143,25 @@ impl Viewer {
             Some(scene) => Ok(scene.clone()),
             None => halflight_scenes::bundled::scene(&self.state.scene),
         };
+        // A scene that does not load or fit leaves the old one in place.
+        let limits = self.gpu.limits();
+        let fitting = scene.map_err(|error| error.to_string()).and_then(|scene| {
+            SceneSize::of(&scene).check(&limits).map_err(|error| error.to_string())?;
+            Ok(scene)
+        });
+        let scene = match fitting {
+            Ok(scene) => scene,
+            Err(sentence) => {
+                self.say(sentence);
+                return self.stage.is_some();
+            }
+        };
         self.sides = [None, None];
         self.reference = ReferenceTracer::default();
         self.trade = Trade::default();
         (self.exposure, self.exposure_of, self.exposure_reading) = (None, None, None);
         (self.stage, self.playing) = (None, None);
-        match scene {
-            Ok(scene) => self.stage = Some(Stage::new(&self.gpu, scene, self.software)),
-            Err(error) => self.say(error.to_string()),
-        }
+        self.stage = Some(Stage::new(&self.gpu, scene, self.software));
         self.stage.is_some()
     }
 }

@@ -224,12 +224,6 @@ pub struct Pass {
     pub cleared: Vec<ResourceId>,
     /// What runs.
     pub work: Work,
-    /// Buffers and textures of which the pass writes only one part, with the index of the part.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub parts: Vec<(ResourceId, u32)>,
-    /// Textures that the pass writes completely, so that nothing of their earlier contents is left.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub overwrites: Vec<ResourceId>,
     /// Part of the frame.
     pub part: Part,
     /// Index in [`FramePlan::views`] of the view that it renders; `None` for the display's.
@@ -240,12 +234,9 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// Whether nothing of the earlier contents of a resource is left after the pass.
+    /// Whether nothing of the earlier contents of a resource is left after the pass: a draw clears its targets.
     fn starts_anew(&self, id: ResourceId) -> bool {
-        match &self.work {
-            Work::Draw { targets, depth, .. } => targets.contains(&id) || depth.0 == id,
-            _ => self.overwrites.contains(&id),
-        }
+        matches!(&self.work, Work::Draw { targets, depth, .. } if targets.contains(&id) || depth.0 == id)
     }
 
     /// Resources that the pass reads, then those that it writes.
@@ -410,7 +401,7 @@ impl FramePlan {
         self.resource(name, ResourceKind::External { handle: Some(Handle::only(name)) }, reason)
     }
 
-    /// A buffer of the scene that never changes, for example `scene.indices`, added if no pass has used it yet.
+    /// A buffer or texture of the scene that never changes, for example `scene.indices`, added if no pass has used it yet.
     pub fn scene_buffer(&mut self, name: &str, reason: &str) -> ResourceId {
         let known = self.resources.iter().position(|resource| resource.name == name);
         known.map_or_else(|| self.resource(name, ResourceKind::External { handle: None }, reason), ResourceId)
@@ -445,8 +436,6 @@ impl FramePlan {
                 params,
                 cleared: Vec::new(),
                 work,
-                parts: Vec::new(),
-                overwrites: Vec::new(),
                 part,
                 view,
                 reason: String::new(),
@@ -483,18 +472,6 @@ impl PassBuilder<'_> {
     /// Clears a buffer to zero before the pass.
     pub fn clear(mut self, buffer: ResourceId) -> Self {
         self.pass.cleared.push(buffer);
-        self
-    }
-
-    /// Declares that the pass writes one part of a buffer or texture, which no pass with another `index` writes.
-    pub fn writes_part(mut self, id: ResourceId, index: u32) -> Self {
-        self.pass.parts.push((id, index));
-        self
-    }
-
-    /// Declares that the pass writes a texture completely.
-    pub fn overwrites(mut self, id: ResourceId) -> Self {
-        self.pass.overwrites.push(id);
         self
     }
 

@@ -9,7 +9,7 @@ use crate::{DeviceError, NativeGpu};
 /// Times of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameTime {
-    /// Passes in order; 0 for those that were not due, or next to it.
+    /// Passes in order. Those that were not due took no time.
     pub passes: Vec<PassTime>,
     /// From submission until the device was done, by the computer's clock, milliseconds.
     pub wall_milliseconds: f64,

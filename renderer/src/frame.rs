@@ -298,6 +298,25 @@ fn takes_light(technique: &Technique, settings: &Settings, facts: Option<&SceneF
     facts.map_or(Ok(true), |facts| Ok((technique.sources)(settings)?.takes_any(&facts.needs)))
 }
 
+/// Plans a technique in a scene without light that it takes: nothing, unless it finds ambient visibility.
+fn plan_without_light(
+    plan: &mut FramePlan,
+    technique: &Technique,
+    settings: &Settings,
+    inputs: &Inputs,
+) -> Result<Option<ResourceId>, SettingsError> {
+    let mut planned = plan.clone();
+    let indirect = (technique.plan)(&mut planned, inputs, settings)?;
+    if planned.outputs.contains_key("ambient_occlusion") {
+        *plan = planned;
+        return Ok(indirect);
+    }
+    if indirect.is_some() {
+        plan.notes.push(format!("{} plans no pass, because the scene has no light that it takes", technique.name));
+    }
+    Ok(None)
+}
+
 /// As [`plan_indirect`], if the source of indirect light (`inputs.direct`) is not all of the visible direct light.
 fn plan_indirect_from(
     plan: &mut FramePlan,
@@ -310,15 +329,12 @@ fn plan_indirect_from(
     if let Some(scene) = inputs.scene {
         plan.notes.extend(technique.left_out(settings, &scene.needs)?);
     }
-    let mut planned = plan.clone();
-    let indirect = (technique.plan)(&mut planned, inputs, settings)?;
-    let finds = takes_light(technique, settings, inputs.scene)? || planned.outputs.contains_key("ambient_occlusion");
-    if !finds && indirect.is_some() {
-        plan.notes.push(format!("{} plans no pass, because the scene has no light that it takes", technique.name));
+    let indirect = if takes_light(technique, settings, inputs.scene)? {
+        (technique.plan)(plan, inputs, settings)?
     } else {
-        *plan = planned;
-    }
-    let Some(indirect) = indirect.filter(|_| finds) else {
+        plan_without_light(plan, technique, settings, inputs)?
+    };
+    let Some(indirect) = indirect else {
         // Without indirect light the final image is the direct light.
         plan.outputs.insert("final", shown);
         return Ok(());

@@ -89,7 +89,7 @@ impl Show {
     }
 }
 
-/// Turns the light of this index a little; `None` if it has no direction.
+/// The lights, of which the one of this index is turned, or moved if it has no direction.
 fn turned(lights: &[Light], index: usize) -> Vec<Light> {
     let mut lights = lights.to_vec();
     match &mut lights[index] {

@@ -262,7 +262,7 @@ impl Frames<'_> {
         &self.view
     }
 
-    /// Runs the frame of this number, with every pass that any change asks for. A temporal filter goes on from the frame
+    /// Runs the frame of this number with all passes, except those that run once. A temporal filter goes on from the frame
     /// before where that was the last to run.
     ///
     /// # Errors

@@ -88,12 +88,11 @@ pub enum Cause {
     Pass(usize),
 }
 
-/// A part of a resource: a layer of a texture with the corner of a tile in it, or the index of a part of a buffer. A layer
-/// is drawn either whole or in tiles.
-type Index = (u32, Option<[u32; 2]>);
+/// A layer of a depth target, and the corner of a tile in it. A layer is drawn either whole or in tiles.
+type Layer = (u32, Option<[u32; 2]>);
 
-/// A resource, and the part of it where that is known.
-type Place = (ResourceId, Option<Index>);
+/// A resource, or a layer of it.
+type Place = (ResourceId, Option<Layer>);
 
 /// The dependencies between the passes of a plan.
 #[derive(Clone, Debug, Default)]
@@ -148,7 +147,7 @@ fn link(
 ) {
     let written = |pass: usize| writes[pass].iter().filter(move |(id, _)| *id == resource).map(|(_, part)| *part);
     let writers = (0..writes.len()).flat_map(|pass| written(pass).map(move |part| (part, pass)));
-    let mut by_part: BTreeMap<Option<Index>, Vec<usize>> = BTreeMap::new();
+    let mut by_part: BTreeMap<Option<Layer>, Vec<usize>> = BTreeMap::new();
     for (part, pass) in writers {
         by_part.entry(part).or_default().push(pass);
     }
@@ -218,7 +217,7 @@ fn places_written(pass: &Pass) -> Vec<Place> {
     let (_, written) = pass.reads_and_writes();
     let layer = |id: ResourceId| match pass.work {
         Work::Draw { depth: (target, layer), tile, .. } if target == id => Some((layer, tile.map(|tile| tile.corner))),
-        _ => pass.parts.iter().find(|(part_of, _)| *part_of == id).map(|&(_, part)| (part, None)),
+        _ => None,
     };
     let cleared = pass.cleared.iter().filter(|id| !written.contains(id)).copied().collect::<Vec<_>>();
     written.into_iter().chain(cleared).map(|id| (id, layer(id))).collect()
@@ -289,11 +288,11 @@ impl FramePlan {
 
 #[cfg(test)]
 mod tests {
-    use halflight_shared_shaders::{Call, composite::Composite, reflective_shadow_maps::keep, sky::Sky};
+    use halflight_shared_shaders::{composite::Composite, shadow::shadow_map::ShadowMap, sky::Sky};
     use wgpu::TextureFormat as Format;
 
     use super::*;
-    use crate::plan::Part;
+    use crate::plan::{Part, Tile};
 
     const SIZE: [u32; 2] = [4, 4];
 
@@ -301,19 +300,23 @@ mod tests {
         plan.texture(name, SIZE, Format::Rgba32Float, "test")
     }
 
-    /// A pass that reads two textures and writes one. `overwrites` tells whether it replaces all of it.
-    fn pass(plan: &mut FramePlan, name: &str, reads: [ResourceId; 2], writes: ResourceId, overwrites: bool) {
+    /// A pass that reads a texture and writes another.
+    fn pass(plan: &mut FramePlan, name: &str, reads: ResourceId, writes: ResourceId) {
         let composite = Composite {
-            direct: reads[0],
-            albedo: reads[1],
-            indirect: reads[0],
+            direct: reads,
+            albedo: reads,
+            indirect: reads,
             final_image: writes,
             float16: false,
             glossy: None,
             transmitted: None,
         };
-        let pass = plan.pass(Part::Technique, name, composite);
-        if overwrites { pass.overwrites(writes) } else { pass }.over(SIZE);
+        plan.pass(Part::Technique, name, composite).over(SIZE);
+    }
+
+    fn shadow_map(plan: &mut FramePlan) -> ShadowMap<ResourceId> {
+        let [shadow_view, vertices] = ["scene.view", "scene.vertices"].map(|name| plan.scene_buffer(name, "test"));
+        ShadowMap { shadow_view, vertices, alpha_tested: None, animated: None, triangles: None }
     }
 
     /// Names of the passes that run with this one.
@@ -329,8 +332,8 @@ mod tests {
     fn readers_follow_writers_and_not_the_other_way() {
         let mut plan = FramePlan::new(SIZE);
         let [given, a, b] = ["given", "a", "b"].map(|name| texture(&mut plan, name));
-        pass(&mut plan, "first", [given; 2], a, false);
-        pass(&mut plan, "second", [a; 2], b, false);
+        pass(&mut plan, "first", given, a);
+        pass(&mut plan, "second", a, b);
         assert_eq!(with(&plan, "first"), ["first", "second"]);
         assert_eq!(with(&plan, "second"), ["second"], "its input is still there");
     }
@@ -339,8 +342,8 @@ mod tests {
     fn passes_that_write_into_the_same_contents_run_together() {
         let mut plan = FramePlan::new(SIZE);
         let [given, a, b] = ["given", "a", "b"].map(|name| texture(&mut plan, name));
-        pass(&mut plan, "first", [given; 2], a, false);
-        pass(&mut plan, "between", [a; 2], b, false);
+        pass(&mut plan, "first", given, a);
+        pass(&mut plan, "between", a, b);
         // Writes where there is no surface.
         let environment = plan.scene_buffer("scene.environment", "test");
         plan.pass(Part::Direct, "sky", Sky { depth: given, environment, direct: a }).over(SIZE);
@@ -353,10 +356,12 @@ mod tests {
     #[test]
     fn contents_that_are_replaced_are_made_again_for_their_own_readers() {
         let mut plan = FramePlan::new(SIZE);
-        let [given, scratch, b, c] = ["given", "scratch", "b", "c"].map(|name| texture(&mut plan, name));
+        let [scratch, depth, b, c] = ["scratch", "depth", "b", "c"].map(|name| texture(&mut plan, name));
         for (number, result) in [(0, b), (1, c)] {
-            pass(&mut plan, &format!("draw_{number}"), [given; 2], scratch, true);
-            pass(&mut plan, &format!("use_{number}"), [scratch; 2], result, false);
+            // A draw clears its targets.
+            let run = shadow_map(&mut plan);
+            plan.pass(Part::Direct, format!("draw_{number}"), run).draw([("all", None)], vec![scratch], (depth, 0));
+            pass(&mut plan, &format!("use_{number}"), scratch, result);
         }
         assert_eq!(with(&plan, "draw_0"), ["draw_0", "use_0"]);
         assert_eq!(with(&plan, "use_0"), ["draw_0", "use_0"]);
@@ -367,26 +372,31 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_a_buffer_are_independent() {
+    fn layers_and_tiles_are_independent() {
         let mut plan = FramePlan::new(SIZE);
-        let [rsm_position, light] = ["position", "light"].map(|name| texture(&mut plan, name));
-        let light_pyramid = plan.buffer("parts", 64, "test");
-        for index in 0..2 {
-            let params = keep::Params { first: index };
-            let call: Call<ResourceId> = keep::Keep { rsm_position, light, light_pyramid, params }.into();
-            plan.pass(Part::Technique, format!("keep_{index}"), call).writes_part(light_pyramid, index).over(SIZE);
+        let [maps, result] = ["maps", "result"].map(|name| texture(&mut plan, name));
+        for layer in 0..2 {
+            let run = shadow_map(&mut plan);
+            plan.pass(Part::Direct, format!("layer_{layer}"), run).draw([("all", None)], Vec::new(), (maps, layer));
         }
-        assert_eq!(with(&plan, "keep_0"), ["keep_0"]);
-        plan.passes[1].parts.clear();
-        assert_eq!(with(&plan, "keep_0"), ["keep_0", "keep_1"], "one of them may write all of it");
+        for corner in [[0, 0], [2, 0]] {
+            let run = shadow_map(&mut plan);
+            let tile = Tile { corner, size: 2 };
+            plan.pass(Part::Direct, format!("tile_{}", corner[0]), run).draw_tile([("all", None)], (maps, 2), tile);
+        }
+        pass(&mut plan, "read", maps, result);
+        for part in ["layer_0", "layer_1", "tile_0", "tile_2"] {
+            assert_eq!(with(&plan, part), [part, "read"]);
+        }
+        assert_eq!(with(&plan, "read"), ["read"], "all of them are still there");
     }
 
     #[test]
     fn what_is_read_before_it_is_written_comes_from_the_previous_frame() {
         let mut plan = FramePlan::new(SIZE);
         let [given, a, b] = ["given", "a", "b"].map(|name| texture(&mut plan, name));
-        pass(&mut plan, "reads", [a; 2], b, false);
-        pass(&mut plan, "writes", [given; 2], a, false);
+        pass(&mut plan, "reads", a, b);
+        pass(&mut plan, "writes", given, a);
         assert_eq!(plan.schedule()[0], When::EveryFrame(Dependency::History));
         assert_eq!(plan.schedule()[1], When::Once);
     }

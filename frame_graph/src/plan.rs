@@ -9,13 +9,13 @@ use serde::Serialize;
 mod dependencies;
 mod display;
 mod limits;
-mod tile;
+mod pass_builder;
 
 pub(crate) use dependencies::Dependencies;
 pub use dependencies::{Cause, Dependency, When};
 pub use display::bytes_in_words;
 pub use limits::{BeyondLimits, Demand, DeviceLimits, ExternalSize, Limit, check_external};
-pub use tile::Tile;
+pub use pass_builder::{PassBuilder, Tile};
 
 /// A texture or buffer of a plan, by its index in [`FramePlan::resources`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -459,53 +459,5 @@ impl FramePlan {
             |resource| matches!(resource.kind, ResourceKind::Previous { of, .. } if written.binary_search(&of).is_ok()),
         );
         written.iter().map(|id| &self.resources[id.0]).chain(before).map(Resource::bytes).sum()
-    }
-}
-
-/// A pass under construction.
-pub struct PassBuilder<'a> {
-    plan: &'a mut FramePlan,
-    pass: Pass,
-}
-
-impl PassBuilder<'_> {
-    /// Clears a buffer to zero before the pass.
-    pub fn clear(mut self, buffer: ResourceId) -> Self {
-        self.pass.cleared.push(buffer);
-        self
-    }
-
-    /// Gives the reason for the pass.
-    pub fn because(mut self, reason: impl Into<String>) -> Self {
-        self.pass.reason = reason.into();
-        self
-    }
-
-    /// Adds the pass: a dispatch of its compute shader over this many invocations along x and y.
-    pub fn over(mut self, size: [u32; 2]) {
-        let entry = self.pass.shader.entry_points[0].name;
-        self.pass.work = Work::Dispatch { entry, size };
-        self.plan.passes.push(self.pass);
-    }
-
-    /// Adds the pass: draws triangles into these targets, cleared before. Each set of triangles has its own shader;
-    /// `None` for the pass's shader.
-    pub fn draw(
-        mut self,
-        triangles: impl IntoIterator<Item = (&'static str, Option<&'static Shader>)>,
-        targets: Vec<ResourceId>,
-        depth: (ResourceId, u32),
-    ) {
-        let own = self.pass.shader;
-        let draw = |(triangles, shader): (_, Option<_>)| Draw { shader: shader.unwrap_or(own), triangles };
-        let draws = triangles.into_iter().map(draw).collect();
-        self.pass.work = Work::Draw { draws, targets, depth, tile: None };
-        self.plan.passes.push(self.pass);
-    }
-
-    /// Adds the pass: draws these triangles, hidden ones included, at the size of this depth target.
-    pub fn voxelize(mut self, target: ResourceId, triangles: &'static str) {
-        self.pass.work = Work::Voxelize { target, triangles };
-        self.plan.passes.push(self.pass);
     }
 }

@@ -13,21 +13,15 @@ use wgpu::TextureFormat as Format;
 
 pub use within::{PlanInputs, Planner, plan_within};
 
-use self::surfaces::{GBuffer, LookedUp, SceneResources, Shadows, plan_direct, plan_gbuffer, plan_shadows};
+use self::surfaces::{GBuffer, LookedUp, SceneResources, plan_direct, plan_gbuffer};
 use crate::{
-    gi::{ExtraView, GBufferNeeds, Inputs, MotionInputs, ReceiveOnlyInputs, Technique},
-    parameters,
+    gi::{
+        ExtraView, GBufferNeeds, Inputs, MotionInputs, ReceiveOnlyInputs, Technique,
+        shadow_maps::{ShadowMaps, plan_shadow_maps},
+    },
     parameters::{Settings, SettingsError},
     scene::SceneFacts,
 };
-
-parameters! {
-    /// Parameters of direct light.
-    pub struct DirectLight("direct") {
-        /// Width and height of each shadow map; less if the maps of many lights would take more than 1 GiB.
-        shadow_map_size: u32 = 4096, in 64..=8192, unit "px", grid [1024, 2048, 4096], role Plan;
-    }
-}
 
 /// Pixels that one invocation of `composite.wgsl` computes.
 const COMPOSITE_PIXELS: u32 = 4;
@@ -69,7 +63,7 @@ pub fn plan_frame(
     let mut extra = Vec::new();
     if extra_views(facts, technique, settings)? {
         let shadow = match (shadow, direct) {
-            (None, DirectSource::Given) => plan_shadows(&mut plan, facts, &scene, settings)?,
+            (None, DirectSource::Given) => plan_shadow_maps(&mut plan, facts, settings)?,
             (shadow, _) => shadow,
         };
         extra = plan_extra_views(&mut plan, facts, &scene, shadow);
@@ -141,7 +135,7 @@ pub fn plan_scene(
 struct ScenePart {
     gbuffer: GBuffer,
     scene: SceneResources,
-    shadow: Option<Shadows>,
+    shadow: Option<ShadowMaps>,
 }
 
 /// Whether a technique with these settings also gathers in the scene's extra cameras.
@@ -157,7 +151,7 @@ fn plan_extra_views(
     plan: &mut FramePlan,
     facts: &SceneFacts,
     scene: &SceneResources,
-    shadow: Option<Shadows>,
+    shadow: Option<ShadowMaps>,
 ) -> Vec<ExtraView> {
     let [width, height] = plan.display_size;
     let mut views = Vec::new();
@@ -203,7 +197,7 @@ fn plan_scene_for(
     let (direct, shadow) = match direct {
         DirectSource::Given => (plan.external("direct", "direct light of the caller"), None),
         DirectSource::Rendered => {
-            let shadow = plan_shadows(&mut plan, facts, &scene, settings)?;
+            let shadow = plan_shadow_maps(&mut plan, facts, settings)?;
             let direct = plan_direct(&mut plan, facts, &scene, &gbuffer, shadow);
             if facts.needs.environment {
                 let environment = plan.scene_buffer("scene.environment", "environment light");

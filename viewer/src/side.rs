@@ -97,6 +97,11 @@ fn plan(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2])
     })
 }
 
+/// Creates the buffers of the scene that only some plans need.
+fn prepare(gpu: &Gpu, stage: &Stage, plan: &FramePlan) -> Result<(), SettingsError> {
+    stage.buffers.prepare(gpu, &stage.scene, plan).map_err(|error| SettingsError(error.to_string()))
+}
+
 impl Side {
     /// Plans a configuration and creates its resources.
     ///
@@ -104,6 +109,7 @@ impl Side {
     /// A setting out of range, or something that the device cannot hold.
     pub fn new(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<Self, SettingsError> {
         let plan = plan(gpu, stage, configuration, size)?;
+        prepare(gpu, stage, &plan)?;
         let graph = CompiledGraph::new(gpu, plan, &Externals { scene: Some(&stage.buffers), ..Default::default() });
         let method = match gpu.timestamp_period {
             _ if stage.software => Method::Software,
@@ -159,6 +165,7 @@ impl Side {
         if self.graph.update(gpu, &new) {
             return Ok(true);
         }
+        prepare(gpu, stage, &new)?;
         // A temporal filter keeps its history under the new settings.
         let scene = Externals { scene: Some(&stage.buffers), ..Default::default() };
         self.graph.replan(gpu, new, &scene);

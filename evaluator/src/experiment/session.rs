@@ -20,7 +20,7 @@ use halflight_renderer::{
     gi::Technique,
     parameters::Settings,
     plan_frame, plan_scene, plan_technique_of_scene, plan_within,
-    scene::{SceneBuffers, SceneFacts, SceneMotion, camera_view},
+    scene::{BvhError, SceneBuffers, SceneFacts, SceneMotion, camera_view},
     texels::decoder,
 };
 use halflight_scenes::{DiskFiles, FileSource, Scene, bundled, load_scene};
@@ -219,16 +219,18 @@ impl<'a> Session<'a> {
         view.continuity = Continuity::Static;
         let make = || {
             let buffers = self.buffers.get_or_init(|| SceneBuffers::new(gpu, self.scene));
+            buffers.prepare(gpu, self.scene, &plan)?;
             let externals = Externals { scene: Some(buffers), textures: textures() };
             let motion = SceneMotion::new(self.scene, buffers, &self.facts);
-            (CompiledGraph::new(gpu, plan, &externals), motion)
+            Ok((CompiledGraph::new(gpu, plan, &externals), motion))
         };
-        let (recording, motion) = self.native.refusals(make).map_err(|refusal| match refusal {
+        let made = self.native.refusals(make).map_err(|refusal| match refusal {
             Refusal::Lost => Error::Failed(refusal.to_string()),
             Refusal::Refused(_) => Error::BadInput(format!(
                 "{refusal}: make the image smaller, use fewer lights, or lower direct.shadow_map_size"
             )),
         })?;
+        let (recording, motion) = made.map_err(|error: BvhError| Error::BadInput(error.to_string()))?;
         // A frame of very many passes has no timestamps.
         let timing = if recording.timing_buffer().is_some() { Timing::of(self.native) } else { Timing::Clock };
         Ok(Frames { gpu, timing, recording, view, motion })

@@ -5,14 +5,13 @@ use halflight_scenes::SceneNeeds;
 use halflight_shared_shaders::{
     direct::direct_light::{self, DirectLight},
     gbuffer::{self, Gbuffer},
-    shadow::shadow_map::{self, ShadowMap},
 };
 use wgpu::TextureFormat as Format;
 
 use super::{DirectSource, SceneFacts};
 use crate::{
-    parameters::{Settings, SettingsError},
-    scene::{ShadowAtlas, far_shadow_view, shadow_entries, shadow_view, triangles},
+    gi::shadow_maps::{ShadowMaps, counted},
+    scene::triangles,
 };
 
 pub(super) struct SceneResources {
@@ -29,10 +28,6 @@ pub(super) struct GBuffer {
     pub(super) material: Option<ResourceId>,
     pub(super) object: Option<ResourceId>,
     pub(super) objects: Option<ResourceId>,
-}
-
-fn counted(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// What a technique reads from a pixel's material.
@@ -100,17 +95,17 @@ pub(super) fn plan_direct(
     facts: &SceneFacts,
     scene: &SceneResources,
     gbuffer: &GBuffer,
-    shadow: Option<Shadows>,
+    shadow: Option<ShadowMaps>,
 ) -> ResourceId {
     let size = plan.display_size;
     let direct = plan.texture("direct", size, Format::Rgba32Float, "the source of indirect light");
     let needs = &facts.needs;
     let lights = needs.lights;
-    let lit = shadow.map(|Shadows { maps, entries }| direct_light::Lit {
+    let lit = shadow.map(|ShadowMaps { maps, layers }| direct_light::Lit {
         albedo: gbuffer.albedo,
         lights: plan.changing_scene_buffer("scene.lights", "the scene's lights"),
-        shadow_layers: entries,
-        shadow_maps: maps,
+        layers,
+        maps,
     });
     let emitters = gbuffer.material.filter(|_| needs.emitters);
     let emitters = emitters.map(|material| direct_light::Emitters { material, materials: scene.materials });
@@ -120,62 +115,4 @@ pub(super) fn plan_direct(
         .because(format!("{}{}", counted(lights, "light"), if needs.emitters { " and emitters" } else { "" }))
         .over(size);
     direct
-}
-
-/// Shadow maps of all lights, and their views.
-#[derive(Clone, Copy)]
-pub(super) struct Shadows {
-    maps: ResourceId,
-    entries: ResourceId,
-}
-
-pub(super) fn plan_shadows(
-    plan: &mut FramePlan,
-    facts: &SceneFacts,
-    scene: &SceneResources,
-    settings: &Settings,
-) -> Result<Option<Shadows>, SettingsError> {
-    let map_size = super::DirectLight::from_settings(settings)?.shadow_map_size;
-    let (layers, far) = (&facts.shadow_layers, &facts.far_shadow_layers);
-    if layers.is_empty() {
-        return Ok(None);
-    }
-    let count = layers.len() + far.len();
-    let lights = facts.needs.lights;
-    let atlas = ShadowAtlas::of_lights(count as u32, map_size, lights)?;
-    plan.notes.extend(atlas.note(map_size));
-    let reason = counted(count, "shadow map");
-    let maps = plan.texture_array("shadow_maps", [atlas.layer_size(); 2], atlas.layers(), Gpu::DEPTH_FORMAT, reason);
-    let entries = shadow_entries(plan, layers, far, map_size);
-    let draw = |plan: &mut FramePlan, layer: usize, name: String, view: ResourceId, reason: &str| {
-        let textures = scene.texels.filter(|_| facts.needs.alpha_tested);
-        let materials = scene.materials;
-        let run = ShadowMap {
-            shadow_view: view,
-            vertices: scene.vertices,
-            alpha_tested: textures.map(|texels| shadow_map::AlphaTested { materials, texels }),
-            animated: scene.objects,
-            triangles: None,
-        };
-        let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();
-        let drawn = triangles::by_alpha(facts.needs.alpha_tested, opaque);
-        let pass = plan.pass(Part::Direct, name, run).because(reason);
-        match atlas.place(layer as u32) {
-            (layer, None) => pass.draw(drawn, Vec::new(), (maps, layer)),
-            (layer, Some(tile)) => pass.draw_tile(drawn, (maps, layer), tile),
-        }
-    };
-    for (index, layer) in layers.iter().enumerate() {
-        let view = shadow_view(plan, index, layer);
-        draw(plan, index, format!("shadow_{index}"), view, "a light casts shadows");
-    }
-    for (index, layer) in far.iter().enumerate() {
-        let view = far_shadow_view(plan, index, layer);
-        let reason = format!(
-            "shadows far from what is looked at, in a coarser map{}",
-            if facts.extent.is_covered() { "" } else { "; surfaces even farther out are lit" },
-        );
-        draw(plan, layers.len() + index, format!("far_shadow_{index}"), view, &reason);
-    }
-    Ok(Some(Shadows { maps, entries }))
 }

@@ -2,7 +2,7 @@
 
 use halflight_frame_graph::{BeyondLimits, DeviceLimits, FramePlan, Limit, Resource};
 
-use super::DirectLight;
+use crate::DirectLight;
 use crate::{
     parameters::{Kind, Parameter, Settings, SettingsError, Value},
     scene::SceneFacts,

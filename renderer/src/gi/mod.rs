@@ -9,6 +9,7 @@ pub mod previous_frame_bounce;
 pub mod resolution;
 pub mod rsm;
 pub mod scene_voxels;
+pub mod shadow_maps;
 pub mod sky_light;
 pub mod slices;
 mod technique;

@@ -4,10 +4,12 @@ use std::{ops::Range, sync::OnceLock};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, vec2};
-use halflight_frame_graph::{Gpu, Provider, Triangles};
+use halflight_frame_graph::{FramePlan, Gpu, Provider, Triangles};
 use halflight_scenes::{Light, Mesh, Scene};
 
-use super::{environment::environment_words, numbered_triangles::NumberedTriangles, texel_pool};
+use super::{
+    BvhError, SceneBvh, environment::environment_words, numbered_triangles::NumberedTriangles, texel_pool,
+};
 
 /// Twin of `Vertex` in `common/scene.wgsl`.
 #[repr(C)]
@@ -94,6 +96,7 @@ pub struct SceneBuffers {
     vertex_count: u32,
     corners: Vec<u32>,
     numbered: OnceLock<NumberedTriangles>,
+    bvh: OnceLock<SceneBvh>,
 }
 
 impl SceneBuffers {
@@ -154,12 +157,35 @@ impl SceneBuffers {
             vertex_count: vertices.len() as u32,
             corners: indices,
             numbered: OnceLock::new(),
+            bvh: OnceLock::new(),
         }
     }
 
     /// The triangles with their numbers, created when the first plan needs them.
     pub(crate) fn numbered(&self, gpu: &Gpu) -> &NumberedTriangles {
         self.numbered.get_or_init(|| NumberedTriangles::new(gpu, self.vertex_count, &self.corners))
+    }
+
+    /// The BVH of `scene`, whose buffers these are, created at the first call. Plans that trace rays need it before they
+    /// are compiled: see [`Self::prepare`].
+    ///
+    /// # Errors
+    /// If it is too deep or too large for the device.
+    pub fn bvh(&self, gpu: &Gpu, scene: &Scene) -> Result<&SceneBvh, BvhError> {
+        if let Some(bvh) = self.bvh.get() {
+            return Ok(bvh);
+        }
+        let bvh = SceneBvh::new(gpu, scene)?;
+        Ok(self.bvh.get_or_init(|| bvh))
+    }
+
+    /// Creates what a plan needs beyond the buffers of every scene. Call it before the plan is compiled.
+    ///
+    /// # Errors
+    /// If the plan traces rays and the scene's BVH is too deep or too large for the device.
+    pub fn prepare(&self, gpu: &Gpu, scene: &Scene, plan: &FramePlan) -> Result<(), BvhError> {
+        let traces = plan.resources.iter().any(|resource| resource.name == BVH_NODES);
+        if traces { self.bvh(gpu, scene).map(|_| ()) } else { Ok(()) }
     }
 
     /// Updates lights that moved or changed their brightness. Returns false and changes nothing if their number
@@ -185,6 +211,7 @@ impl SceneBuffers {
             .map(wgpu::Buffer::size)
             .sum::<u64>()
             + texels
+            + self.bvh.get().map_or(0, SceneBvh::bytes)
     }
 }
 
@@ -203,7 +230,13 @@ impl Provider for SceneBuffers {
     }
 
     fn texture(&self, name: &str) -> Option<wgpu::Texture> {
-        (name == "scene.texels").then(|| self.texels.clone())
+        match name {
+            "scene.texels" => Some(self.texels.clone()),
+            BVH_NODES => Some(self.bvh.get()?.nodes.clone()),
+            BVH_TRIANGLES => Some(self.bvh.get()?.triangles.clone()),
+            BVH_ATTRIBUTES => Some(self.bvh.get()?.attributes.clone()),
+            _ => None,
+        }
     }
 
     fn triangles(&self, gpu: &Gpu, name: &str) -> Option<Triangles> {
@@ -220,6 +253,11 @@ impl Provider for SceneBuffers {
         Some(Triangles { indices, ranges })
     }
 }
+
+/// Names of the textures of [`SceneBvh`] in plans.
+pub(crate) const BVH_NODES: &str = "scene.bvh_nodes";
+pub(crate) const BVH_TRIANGLES: &str = "scene.bvh_triangles";
+pub(crate) const BVH_ATTRIBUTES: &str = "scene.bvh_attributes";
 
 /// Names of the scene's triangles in plans.
 pub mod triangles {

@@ -2,6 +2,7 @@
 
 mod bounds;
 mod buffers;
+mod bvh;
 mod casters;
 mod emitters;
 mod environment;
@@ -16,6 +17,7 @@ mod size;
 pub(crate) mod texel_pool;
 
 pub use buffers::{SceneBuffers, triangles};
+pub use bvh::{BvhError, SceneBvh};
 pub use emitters::EmittingTriangle;
 pub use facts::SceneFacts;
 pub use focus::{Extent, Sight};

@@ -25,7 +25,7 @@ struct ShadowView {
     unused: [u32; 2],
 }
 
-/// Twin of `ShadowLayer` in direct_light.wgsl.
+/// Twin of `ShadowLayer` in common/shadow_maps.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct ShadowEntry {

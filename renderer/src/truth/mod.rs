@@ -17,7 +17,6 @@
 
 use halflight_shared_shaders::truth::path_trace;
 
-mod bvh;
 mod request;
 mod sources;
 mod state;
@@ -33,6 +32,12 @@ pub use tracer::{Tracer, is_lit};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct TruthError(pub String);
+
+impl From<crate::scene::BvhError> for TruthError {
+    fn from(error: crate::scene::BvhError) -> Self {
+        Self(error.to_string())
+    }
+}
 
 /// The shader, for the hash of a trace's inputs.
 pub fn shader_source() -> &'static str {

@@ -3,8 +3,6 @@
 use glam::Vec3;
 use halflight_scenes::{Environment, Scene};
 
-use super::bvh::Bvh;
-
 /// Contrast above which points are drawn: the mean square of the radiance over the square of its mean, over the sphere
 /// for a sky, over the area of all surfaces for emitters. Even light has 1. Rays drawn from the cosine find it with less
 /// noise and without a second ray. A clear sky without its sun disc stays below, and a room whose walls all glow.
@@ -42,8 +40,8 @@ pub(super) struct Emitters {
 
 impl Emitters {
     /// The triangles that emit light and send it on; none if the surfaces of the scene emit evenly. Power is area times
-    /// the largest channel.
-    pub(super) fn of(scene: &Scene, bvh: &Bvh, scene_radius: f32, radiance_scale: f32) -> Self {
+    /// the largest channel. `slots` are those of [`crate::scene::SceneBvh`].
+    pub(super) fn of(scene: &Scene, slots: &[Option<u32>], scene_radius: f32, radiance_scale: f32) -> Self {
         let mut table = Vec::new();
         let (mut sum, mut contrast) = (0.0, Contrast::default());
         let mut number = 0;
@@ -53,7 +51,7 @@ impl Emitters {
             let emission = material.map_or(0.0, |material| material.emission.into_iter().fold(0.0, f32::max));
             let emission = f64::from(emission) * f64::from(radiance_scale);
             for &corners in mesh.indices.as_chunks::<3>().0 {
-                if let Some(slot) = bvh.slots[number] {
+                if let Some(slot) = slots[number] {
                     let [a, b, c] = corners.map(|i| Vec3::from(mesh.positions[i as usize]).as_dvec3() / unit);
                     let area = 0.5 * (b - a).cross(c - a).length();
                     contrast.add(area, emission);

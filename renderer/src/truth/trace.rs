@@ -151,7 +151,7 @@ impl Trace {
             triangles: wgpu::BindingResource::TextureView(&tracer.triangles),
             attributes: wgpu::BindingResource::TextureView(&tracer.attributes),
             materials: tracer.materials.as_entire_binding(),
-            texels: tracer.texels.as_entire_binding(),
+            texels: wgpu::BindingResource::TextureView(&tracer.texels),
             lights: tracer.lights.as_entire_binding(),
             environment: tracer.environment.as_entire_binding(),
             emitters: tracer.emitters.as_entire_binding(),

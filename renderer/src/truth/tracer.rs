@@ -1,26 +1,21 @@
 //! A scene, ready for path tracing on a device.
 
 use halflight_scenes::{Light, Scene};
-use wgpu::util::DeviceExt;
 
 use super::{
     Request, Stop, Trace, TruthError,
-    bvh::Bvh,
     sources::{Emitters, is_uneven},
 };
-use crate::scene::{SceneBuffers, texel_pool};
-use halflight_frame_graph::{ExternalSize, Gpu, check_external};
+use crate::scene::SceneBuffers;
+use halflight_frame_graph::Gpu;
 
-/// Texels in a row of the BVH's textures: 2^`ROW_BITS` of `truth/traversal.wgsl`.
-const ROW: usize = 4096;
-
-/// A scene's BVH on a device, with the scene's buffers. It serves any number of traces.
+/// The BVH of a scene on a device, with the scene's buffers. It serves any number of traces.
 pub struct Tracer {
     pub(super) nodes: wgpu::TextureView,
     pub(super) triangles: wgpu::TextureView,
     pub(super) attributes: wgpu::TextureView,
     pub(super) materials: wgpu::Buffer,
-    pub(super) texels: wgpu::Buffer,
+    pub(super) texels: wgpu::TextureView,
     pub(super) lights: wgpu::Buffer,
     /// A black texel if the scene has no environment.
     pub(super) environment: wgpu::Buffer,
@@ -51,19 +46,10 @@ impl Tracer {
     /// # Errors
     /// If the BVH is too deep or too large for the device.
     pub fn new(gpu: &Gpu, scene: &Scene, buffers: &SceneBuffers) -> Result<Self, TruthError> {
-        let words = ExternalSize {
-            bytes: 4 * texel_pool::words(&scene.textures),
-            element: 4,
-            elements: "texels in all textures for a path-traced reference",
-            texture: None,
-        };
-        check_external(&gpu.limits(), "truth.texels", words).map_err(|error| TruthError(error.to_string()))?;
-        let mut texels = texel_pool::texel_pool(&scene.textures).1;
-        texels.resize(texels.len().max(1), 0);
-        let bvh = Bvh::build(scene)?;
+        let bvh = buffers.bvh(gpu, scene)?;
         let scene_radius = scene.bounds().map_or(0.0, |(low, high)| (high - low).length() / 2.0);
         let radiance_scale = radiance_scale(scene);
-        let emitters = Emitters::of(scene, &bvh, scene_radius, radiance_scale);
+        let emitters = Emitters::of(scene, &bvh.slots, scene_radius, radiance_scale);
         let emitter_count = emitters.table.len() as u32;
         let table = if emitters.table.is_empty() { &[[0; 2]][..] } else { &emitters.table };
         Ok(Self {
@@ -73,11 +59,14 @@ impl Tracer {
             emitter_count,
             emitter_density: emitters.density,
             has_holes: bvh.has_holes,
-            nodes: upload(gpu, "truth.nodes", bvh.nodes)?,
-            triangles: upload(gpu, "truth.triangles", bvh.triangles)?,
-            attributes: upload(gpu, "truth.attributes", bvh.attributes)?,
+            nodes: bvh.nodes.create_view(&Default::default()),
+            triangles: bvh.triangles.create_view(&Default::default()),
+            attributes: bvh.attributes.create_view(&Default::default()),
             materials: buffers.materials.clone(),
-            texels: gpu.filled_buffer("truth.texels", bytemuck::cast_slice(&texels), wgpu::BufferUsages::STORAGE),
+            texels: buffers.texels.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                ..Default::default()
+            }),
             lights: buffers.lights.clone(),
             environment: buffers.environment.clone().unwrap_or_else(|| {
                 gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -102,30 +91,6 @@ impl Tracer {
     pub fn start(&self, gpu: &Gpu, request: &Request, stop: Stop) -> Result<Trace, TruthError> {
         Trace::new(gpu, self, request, stop)
     }
-}
-
-fn upload(gpu: &Gpu, label: &str, mut texels: Vec<[u32; 4]>) -> Result<wgpu::TextureView, TruthError> {
-    let rows = texels.len().div_ceil(ROW).max(1);
-    let most = gpu.device.limits().max_texture_dimension_2d;
-    if rows > most as usize {
-        return Err(TruthError(format!(
-            "the scene's BVH takes {rows} texture rows and the adapter allows {most}; use a scene of fewer triangles"
-        )));
-    }
-    texels.resize(rows * ROW, [0; 4]);
-    let descriptor = wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width: ROW as u32, height: rows as u32, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Uint,
-        usage: wgpu::TextureUsages::STORAGE_BINDING,
-        view_formats: &[],
-    };
-    let texture =
-        gpu.device.create_texture_with_data(&gpu.queue, &descriptor, Default::default(), bytemuck::cast_slice(&texels));
-    Ok(texture.create_view(&Default::default()))
 }
 
 /// Whether the scene has any light. Without, every image is black and exact.

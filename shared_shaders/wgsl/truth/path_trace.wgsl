@@ -13,7 +13,8 @@ import package::truth::traversal::{FAR, Ray, Hit, traverse};
 import package::truth::surface::{Surface, materials, surface_at, unit_or, offset_length, ray_from};
 import package::truth::sources::{draw_source, emitter_density, sky_radiance, sky_density};
 
-// Binding 0 belongs to package::truth::params, 1 to 4 to traversal, 5 to surface, 9 and 10 to sources.
+// Binding 0 belongs to package::truth::params, 1 to 3 to traversal, 5 to surface, 9 and 10 to sources,
+// 22 to scene_textures.
 @group(0) @binding(6) var<storage, read> lights: array<Light>;
 // Primary hits, one per pixel.
 @group(0) @binding(7) var<storage, read_write> surfaces: array<PrimarySurface>;
@@ -80,7 +81,7 @@ fn is_open(ray: Ray, reach: f32) -> bool {
 
 /// Radiance that leaves the surface after direct lighting, plus emission: the output `direct`.
 fn direct_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
-    return surface.emission + reflected_radiance(surface, rays);
+    return surface.emission * params.radiance_scale + reflected_radiance(surface, rays);
 }
 
 /// Radiance of punctual lights that the surface reflects.
@@ -92,9 +93,9 @@ fn reflected_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
         if cosine <= 0.0 || all(light.irradiance <= vec3f(0.0)) {
             continue;
         }
-        let reach = select(light.distance - offset_length(surface.position), FAR, light.distance < 0.0);
+        let reach = select(light.distance - offset_length(surface.position, params.scene_radius), FAR, light.distance < 0.0);
         *rays += 1u;
-        if is_open(ray_from(surface.position, surface.geometric_normal, light.direction), reach) {
+        if is_open(ray_from(surface.position, surface.geometric_normal, light.direction, params.scene_radius), reach) {
             irradiance += light.irradiance * cosine;
         }
     }
@@ -116,8 +117,8 @@ fn transmitted_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
         if cosine <= 0.0 || all(light.irradiance <= vec3f(0.0)) {
             continue;
         }
-        let reach = select(light.distance - offset_length(surface.position), FAR, light.distance < 0.0);
-        let ray = ray_from(surface.position, surface.geometric_normal, light.direction);
+        let reach = select(light.distance - offset_length(surface.position, params.scene_radius), FAR, light.distance < 0.0);
+        let ray = ray_from(surface.position, surface.geometric_normal, light.direction, params.scene_radius);
         *rays += 1u;
         let hit = trace(ray, reach, false);
         var inside = 0.0;
@@ -127,7 +128,7 @@ fn transmitted_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
             if entry.material == surface.material {
                 inside = hit.distance;
                 *rays += 1u;
-                open = is_open(ray_from(entry.position, entry.geometric_normal, light.direction), reach - inside);
+                open = is_open(ray_from(entry.position, entry.geometric_normal, light.direction, params.scene_radius), reach - inside);
             }
         }
         if open {
@@ -208,7 +209,7 @@ fn is_on_screen(position: vec3f, geometric_normal: vec3f, rays: ptr<function, u3
     }
     *rays += 1u;
     // From the surface to the eye, at distance 1.
-    let start = position + geometric_normal * offset_length(position);
+    let start = position + geometric_normal * offset_length(position, params.scene_radius);
     return is_open(Ray(start, eye - start), 1.0);
 }
 
@@ -247,13 +248,13 @@ fn draw_light(
     if cosine <= 0.0 || all(source.radiance <= vec3f(0.0)) {
         return result;
     }
-    var ray = ray_from(position, geometric, direction);
+    var ray = ray_from(position, geometric, direction, params.scene_radius);
     var reach = FAR;
     if !source.is_sky {
         // Straight to the point, and not quite to it: rounding must not find its own triangle.
         let end = position + source.to_source;
         ray.direction = end - ray.origin;
-        reach = 1.0 - 2.0 * offset_length(end) / max(length(source.to_source), 1e-30);
+        reach = 1.0 - 2.0 * offset_length(end, params.scene_radius) / max(length(source.to_source), 1e-30);
     }
     if reach <= 0.0 {
         return result;
@@ -295,7 +296,7 @@ fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
             }
         }
         let random = random3(pixel, index, bounce, params.seed);
-        let ray = ray_from(position, geometric, cosine_direction(normal, random.xy));
+        let ray = ray_from(position, geometric, cosine_direction(normal, random.xy), params.scene_radius);
         *rays += 1u;
         let hit = trace(ray, FAR, false);
         if bounce == 0u {
@@ -318,7 +319,7 @@ fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
         if !surface.sends {
             break;
         }
-        var emission = surface.emission;
+        var emission = surface.emission * params.radiance_scale;
         if DRAW_EMITTERS && any(emission > vec3f(0.0)) {
             let along = ray.direction * hit.distance;
             let density = emitter_density(emission, along, dot(surface.geometric_normal, ray.direction));
@@ -370,7 +371,7 @@ fn sample_lobe(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
         return vec3f(0.0);
     }
     let geometric = octahedral_decode(unpack2x16snorm(start.geometric_normal));
-    let ray = ray_from(start.position, geometric, direction);
+    let ray = ray_from(start.position, geometric, direction, params.scene_radius);
     *rays += 1u;
     let hit = trace(ray, FAR, false);
     if hit.distance == FAR {
@@ -389,7 +390,7 @@ fn sample_occlusion(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<f
     let direction = cosine_direction(start.normal, random3(pixel, index, 0u, params.seed).xy);
     let geometric = octahedral_decode(unpack2x16snorm(start.geometric_normal));
     *rays += 1u;
-    result.open = f32(is_open(ray_from(start.position, geometric, direction), params.occlusion_radius));
+    result.open = f32(is_open(ray_from(start.position, geometric, direction, params.scene_radius), params.occlusion_radius));
     return result;
 }
 

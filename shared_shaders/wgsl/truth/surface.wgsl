@@ -1,10 +1,7 @@
 // Points on surfaces, and rays that leave them.
 import package::common::scene::{Material, NO_TEXTURE};
-import package::common::texture_pool::{texture_footprint, filter_footprint};
-import package::truth::params::params;
-import package::truth::traversal::{
-    Ray, Hit, texels, triangles, texel_coordinates, cross_triangle, attributes_at,
-};
+import package::common::scene_textures::sample_texture;
+import package::truth::traversal::{Ray, Hit, triangles, texel_coordinates, cross_triangle, attributes_at};
 
 @group(0) @binding(5) var<storage, read> materials: array<Material>;
 
@@ -25,13 +22,6 @@ struct Surface {
     material: u32,
     // Whether it sends light to other surfaces.
     sends: bool,
-}
-
-fn sample_texture(start: u32, uv: vec2f) -> vec4f {
-    let size = vec2u(texels[start], texels[start + 1u]);
-    let at = texture_footprint(start, size, uv);
-    let words = vec4u(texels[at.indices.x], texels[at.indices.y], texels[at.indices.z], texels[at.indices.w]);
-    return filter_footprint(words, at.weights);
 }
 
 /// The unit vector, or `fallback` for a vector without a direction.
@@ -68,19 +58,20 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
         normal,
         geometric,
         saturate(albedo),
-        material.emission * params.radiance_scale,
+        material.emission,
         index,
         (on_it.material & RECEIVE_ONLY) == 0u,
     );
 }
 
-fn offset_length(position: vec3f) -> f32 {
+/// The offset of a ray from a surface of a scene with this radius, scene units.
+fn offset_length(position: vec3f, scene_radius: f32) -> f32 {
     let a = abs(position);
-    return OFFSET * max(max(max(a.x, a.y), max(a.z, params.scene_radius)), 1e-30);
+    return OFFSET * max(max(max(a.x, a.y), max(a.z, scene_radius)), 1e-30);
 }
 
 /// A ray from a surface, offset to the side that it leads to.
-fn ray_from(position: vec3f, geometric_normal: vec3f, direction: vec3f) -> Ray {
-    let offset = offset_length(position);
+fn ray_from(position: vec3f, geometric_normal: vec3f, direction: vec3f, scene_radius: f32) -> Ray {
+    let offset = offset_length(position, scene_radius);
     return Ray(position + geometric_normal * select(-offset, offset, dot(geometric_normal, direction) >= 0.0), direction);
 }

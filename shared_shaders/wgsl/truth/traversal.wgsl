@@ -9,6 +9,7 @@
 // All data is in read-only storage textures, the fastest resource to fetch from under lavapipe: 1.3 times as many rays
 // per second as sampled textures, 1.6 times as many as storage buffers. Rows are 2^ROW_BITS texels long.
 import package::common::scene::decode_texel;
+import package::common::scene_textures::texel_word;
 
 @group(0) @binding(1) var nodes: texture_storage_2d<rgba32uint, read>;
 
@@ -24,7 +25,6 @@ import package::common::scene::decode_texel;
 //   2  normal of the third corner | index of the material
 //   3  texture coordinates of the second corner | of the third
 @group(0) @binding(3) var attributes: texture_storage_2d<rgba32uint, read>;
-@group(0) @binding(4) var<storage, read> texels: array<u32>;
 
 const ROW_BITS: u32 = 12u;
 
@@ -103,7 +103,7 @@ fn attributes_at(slot: u32, weights: vec2f) -> Attributes {
 fn is_present(slot: u32, crossing: Crossing) -> bool {
     let size = vec2u(crossing.mask.y & 0xffffu, crossing.mask.y >> 16u);
     let texel = min(vec2u(fract(attributes_at(slot, crossing.weights).uv) * vec2f(size)), size - 1u);
-    return decode_texel(texels[crossing.mask.x + texel.y * size.x + texel.x]).a >= 0.5;
+    return decode_texel(texel_word(crossing.mask.x + texel.y * size.x + texel.x)).a >= 0.5;
 }
 
 fn bytes(word: u32) -> vec4u {

@@ -1,6 +1,7 @@
-//! The BVH in the layout of `truth/traversal.wgsl`.
+//! The BVH of a scene in the layout of `truth/traversal.wgsl`, for passes that trace rays.
 
 use glam::Vec3A;
+use halflight_frame_graph::Gpu;
 use halflight_scenes::{Mesh, Scene, Texture};
 use obvhs::{
     bvh2::{Bvh2, reinsertion::ReinsertionOptimizer},
@@ -10,8 +11,76 @@ use obvhs::{
     triangle::Triangle,
 };
 
-use super::TruthError;
-use crate::scene::texel_pool::{self, HEADER};
+use super::texel_pool::{self, HEADER};
+
+/// Why a scene has no BVH: one sentence with the fix.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct BvhError(String);
+
+/// The BVH on a device: three textures of 16-byte texels.
+pub struct SceneBvh {
+    /// Five texels per node.
+    pub nodes: wgpu::Texture,
+    /// Three texels per triangle: its corners and alpha mask.
+    pub triangles: wgpu::Texture,
+    /// Four texels per triangle: normals, texture coordinates and material.
+    pub attributes: wgpu::Texture,
+    /// Whether any triangle is alpha-masked.
+    pub has_holes: bool,
+    /// Slot of each triangle of the scene, in the order of its indices; `None` for a triangle without an area.
+    pub(crate) slots: Vec<Option<u32>>,
+}
+
+impl SceneBvh {
+    /// Builds and uploads the BVH of all triangles at rest.
+    ///
+    /// # Errors
+    /// If it is too deep or too large for the device.
+    pub(crate) fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, BvhError> {
+        let bvh = Bvh::build(scene)?;
+        Ok(Self {
+            nodes: upload(gpu, "scene.bvh_nodes", bvh.nodes)?,
+            triangles: upload(gpu, "scene.bvh_triangles", bvh.triangles)?,
+            attributes: upload(gpu, "scene.bvh_attributes", bvh.attributes)?,
+            has_holes: bvh.has_holes,
+            slots: bvh.slots,
+        })
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        let texels = |texture: &wgpu::Texture| u64::from(texture.width()) * u64::from(texture.height());
+        [&self.nodes, &self.triangles, &self.attributes].into_iter().map(texels).sum::<u64>() * 16
+    }
+}
+
+/// Texels in a row of the BVH's textures: 2^`ROW_BITS` of `truth/traversal.wgsl`.
+const ROW: usize = 4096;
+
+fn upload(gpu: &Gpu, label: &str, mut texels: Vec<[u32; 4]>) -> Result<wgpu::Texture, BvhError> {
+    use wgpu::util::DeviceExt;
+    let rows = texels.len().div_ceil(ROW).max(1);
+    let most = gpu.device.limits().max_texture_dimension_2d;
+    if rows > most as usize {
+        return Err(BvhError(format!(
+            "the scene's BVH takes {rows} texture rows and the adapter allows {most}; use a scene of fewer triangles"
+        )));
+    }
+    texels.resize(rows * ROW, [0; 4]);
+    let descriptor = wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: ROW as u32, height: rows as u32, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Uint,
+        usage: wgpu::TextureUsages::STORAGE_BINDING,
+        view_formats: &[],
+    };
+    let bytes = bytemuck::cast_slice(&texels);
+    Ok(gpu.device.create_texture_with_data(&gpu.queue, &descriptor, Default::default(), bytes))
+}
 
 /// Depth of the shader's stack: `MAX_DEPTH` of `truth/traversal.wgsl`.
 const MAX_DEPTH: usize = 24;
@@ -20,26 +89,26 @@ const MAX_DEPTH: usize = 24;
 const RECEIVE_ONLY: u32 = 1 << 31;
 
 /// Texels of 16 bytes: five per node, three per triangle for its shape and four for its attributes.
-pub(super) struct Bvh {
-    pub(super) nodes: Vec<[u32; 4]>,
-    pub(super) triangles: Vec<[u32; 4]>,
-    pub(super) attributes: Vec<[u32; 4]>,
+struct Bvh {
+    nodes: Vec<[u32; 4]>,
+    triangles: Vec<[u32; 4]>,
+    attributes: Vec<[u32; 4]>,
     /// Whether any triangle is alpha-masked.
-    pub(super) has_holes: bool,
+    has_holes: bool,
     /// Slot of each triangle of the scene, in the order of its indices; `None` for a triangle without an area. A triangle
     /// in several leaves has several slots, of which this is one.
-    pub(super) slots: Vec<Option<u32>>,
+    slots: Vec<Option<u32>>,
 }
 
 impl Bvh {
     /// Builds the BVH of all triangles with an area. The result depends on the scene only.
-    pub(super) fn build(scene: &Scene) -> Result<Self, TruthError> {
+    fn build(scene: &Scene) -> Result<Self, BvhError> {
         let (triangles, sources) = triangles(scene);
         let wide = build_wide(&triangles);
         let depth = depth(&wide);
         if depth > MAX_DEPTH {
-            return Err(TruthError(format!(
-                "scene \"{}\" needs a BVH of {depth} levels and the path tracer takes {MAX_DEPTH}; \
+            return Err(BvhError(format!(
+                "scene \"{}\" needs a BVH of {depth} levels and rays take {MAX_DEPTH}; \
                  its triangles differ too much in size: remove the tiniest",
                 scene.name
             )));

@@ -360,9 +360,9 @@ impl FramePlan {
         History { before, now }
     }
 
-    /// Whether some texture persists between frames.
+    /// Whether some pass depends on results of the previous frame.
     pub fn has_history(&self) -> bool {
-        self.resources.iter().any(|resource| matches!(resource.kind, ResourceKind::Previous { .. }))
+        Dependencies::of(self).direct.iter().any(|direct| direct.contains(&Dependency::History))
     }
 
     /// Adds a buffer with contents.

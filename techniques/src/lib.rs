@@ -8,6 +8,7 @@ pub mod horizon;
 pub mod hybrid;
 pub mod invocation;
 pub mod preset;
+pub mod radiance_cache;
 pub mod ray_march;
 pub mod rsm;
 pub mod ssao;
@@ -21,6 +22,7 @@ use halflight_renderer::{
 
 /// All techniques.
 pub static TECHNIQUES: &[Technique] = &[
+    radiance_cache::TECHNIQUE,
     hierarchical::TECHNIQUE,
     bitmask::TECHNIQUE,
     hybrid::TECHNIQUE,

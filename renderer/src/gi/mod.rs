@@ -1,6 +1,7 @@
 //! Shared parts of the techniques: inputs, reflective shadow maps, scene voxels, resolutions, slices, and temporal
 //! filters.
 
+pub mod bvh;
 mod choices;
 pub mod denoise;
 pub mod emitters;

@@ -1,0 +1,156 @@
+// The table of records. A record stands for the surfaces with similar normals in one cell of a grid in world space. The
+// width of a cell is the unit of the grid times a power of two, so that eight cells of a level fill one of the next.
+//
+// The table is divided into buckets of eight slots. A cell belongs to one bucket, by a hash. A second hash is its
+// fingerprint there: two cells of a bucket have the same fingerprint with a probability of 2^-32. Where a bucket is full,
+// a cell has no record, and its light comes from a coarser level.
+import package::common::math::pcg3d;
+import package::common::view::View;
+
+struct Cell {
+    // Fingerprint; 0 for an empty slot.
+    fingerprint: atomic<u32>,
+    // The surfel that stands for the cell in this frame, plus one, below 8 random bits; 0 where no surfel is inside.
+    surfel: atomic<u32>,
+    // The hit that stands for the cell in this frame: its random word; 0 where none is inside.
+    hit: atomic<u32>,
+    // Stamp of the last frame in which a surfel or a link referred to the cell.
+    seen: atomic<u32>,
+}
+
+/// Position of a cell: the grid's coordinates, and level and bin of normals.
+struct Place {
+    coordinates: vec3i,
+    // Level plus LEVEL_BIAS in the upper bits, bin of normals in the lower 8 bits.
+    level_and_bin: u32,
+}
+
+/// What is known about a cell.
+struct Record {
+    coordinates: vec3i,
+    level_and_bin: u32,
+    // A point of a surface inside, world space, and its normal, octahedral.
+    position: vec3f,
+    normal: u32,
+    // Mean incident light without further bounces: irradiance over pi.
+    direct: vec3f,
+    // Rays in that mean.
+    samples: f32,
+    // Mean incident light of all further bounces.
+    bounced: vec3f,
+    // Number of links so far. The newest ones are kept.
+    links: u32,
+    // Rays of this frame.
+    first_ray: u32,
+    ray_count: u32,
+    unused_0: u32,
+    unused_1: u32,
+}
+
+@group(0) @binding(10) var<storage, read_write> cells: array<Cell>;
+@group(0) @binding(11) var<storage, read_write> records: array<Record>;
+
+const BUCKET: u32 = 8u;
+const NO_SLOT: u32 = 0xffffffffu;
+const LEVEL_BIAS: i32 = 128;
+/// Frames after which a record that nothing refers to is removed.
+const LIFETIME: u32 = 64u;
+
+/// Bin of a normal: one of the 6 faces of a cube, divided into 3 x 3. Normals along the axes are at the centres of bins.
+fn normal_bin(normal: vec3f) -> u32 {
+    let a = abs(normal);
+    var axis = 2u;
+    var across = normal.xy;
+    var along = normal.z;
+    if a.x >= a.y && a.x >= a.z {
+        axis = 0u;
+        across = normal.yz;
+        along = normal.x;
+    } else if a.y >= a.z {
+        axis = 1u;
+        across = normal.zx;
+        along = normal.y;
+    }
+    let part = vec2u(clamp(across / max(abs(along), 1e-6) * 1.5 + 1.5, vec2f(0.0), vec2f(2.0)));
+    return (axis * 2u + select(0u, 1u, along < 0.0)) * 9u + part.x * 3u + part.y;
+}
+
+/// Level of the cells that are at least about `spacing` pixels wide at this distance.
+fn level_at(distance: f32, spacing: f32, unit: f32, view: View) -> i32 {
+    let width = spacing * 2.0 * view.tan_half_fov.y * distance / view.display_size.y;
+    return i32(clamp(round(log2(max(width, 1e-37) / unit)), -100.0, 100.0));
+}
+
+fn cell_width(level: i32, unit: f32) -> f32 {
+    return unit * exp2(f32(level));
+}
+
+/// The cell of a surface. The grid is shifted so that planes through the origin lie inside of cells.
+fn place_of(position: vec3f, normal: vec3f, level: i32, unit: f32) -> Place {
+    let shifted = position + vec3f(0.371, 0.293, 0.437) * unit;
+    let coordinates = clamp(floor(shifted / cell_width(level, unit)), vec3f(-1e9), vec3f(1e9));
+    return Place(vec3i(coordinates), (u32(level + LEVEL_BIAS) << 8u) | normal_bin(normal));
+}
+
+fn level_of(level_and_bin: u32) -> i32 {
+    return i32(level_and_bin >> 8u) - LEVEL_BIAS;
+}
+
+/// The cell of the next level that contains this one.
+fn parent_of(place: Place) -> Place {
+    return Place(place.coordinates >> vec3u(1u), place.level_and_bin + 256u);
+}
+
+/// Three random words of a cell: two for its position in the table.
+fn hash_of(place: Place) -> vec3u {
+    return pcg3d(pcg3d(bitcast<vec3u>(place.coordinates)) ^ vec3u(place.level_and_bin));
+}
+
+fn bucket_of(hash: vec3u) -> u32 {
+    return hash.x % (arrayLength(&cells) / BUCKET) * BUCKET;
+}
+
+fn fingerprint_of(hash: vec3u) -> u32 {
+    return max(hash.y, 1u);
+}
+
+/// The slot of a cell; NO_SLOT if it has none.
+fn find(place: Place) -> u32 {
+    let hash = hash_of(place);
+    let first = bucket_of(hash);
+    let fingerprint = fingerprint_of(hash);
+    for (var i = 0u; i < BUCKET; i++) {
+        if atomicLoad(&cells[first + i].fingerprint) == fingerprint {
+            return first + i;
+        }
+    }
+    return NO_SLOT;
+}
+
+/// The slot of a cell, which it gets if it has none yet; NO_SLOT if its bucket is full.
+fn find_or_insert(place: Place) -> u32 {
+    let known = find(place);
+    if known != NO_SLOT {
+        return known;
+    }
+    let hash = hash_of(place);
+    let first = bucket_of(hash);
+    let fingerprint = fingerprint_of(hash);
+    for (var i = 0u; i < BUCKET; i++) {
+        let slot = first + i;
+        var before = atomicLoad(&cells[slot].fingerprint);
+        // The exchange may fail without a cause.
+        while before == 0u {
+            let result = atomicCompareExchangeWeak(&cells[slot].fingerprint, 0u, fingerprint);
+            if result.exchanged {
+                records[slot] = Record(place.coordinates, place.level_and_bin, vec3f(), 0u, vec3f(), 0.0, vec3f(), 0u, 0u, 0u, 0u, 0u);
+                return slot;
+            }
+            before = result.old_value;
+        }
+        if before == fingerprint {
+            return slot;
+        }
+    }
+    return NO_SLOT;
+}

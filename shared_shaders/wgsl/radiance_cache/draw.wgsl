@@ -1,0 +1,59 @@
+// Draws the rays of this frame: each record gets its share of the budget, rounded at random.
+import package::common::math::random_words;
+import package::common::streams::CACHE_SHARE_STREAM;
+import package::common::view::View;
+import package::radiance_cache::cells::{cells, records};
+import package::radiance_cache::counters::counters;
+import package::radiance_cache::links::rays;
+import package::radiance_cache::weight::weight_of;
+
+struct Params {
+    // Rays of a frame.
+    budget: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var<storage, read> totals: array<vec4f>;
+
+/// Most rays of a record in a frame.
+const MOST: f32 = 64.0;
+
+@compute @workgroup_size(64)
+fn draw(@builtin(global_invocation_id) id: vec3u) {
+    let slot = id.x;
+    if slot >= arrayLength(&cells) {
+        return;
+    }
+    let fingerprint = atomicLoad(&cells[slot].fingerprint);
+    records[slot].ray_count = 0u;
+    if fingerprint == 0u {
+        return;
+    }
+    // A record of hits has no position before one was chosen.
+    let surfel = atomicLoad(&cells[slot].surfel);
+    let weight = weight_of(surfel != 0u, records[slot].samples, totals[slot].w);
+    let has_position = surfel != 0u || records[slot].normal != 0u;
+    if weight == 0u || !has_position {
+        return;
+    }
+    let share = min(params.budget * f32(weight) / f32(max(atomicLoad(&counters.weights), 1u)), MOST);
+    // The random number belongs to the cell, so that it does not depend on the order in which slots were taken.
+    let place = records[slot].coordinates;
+    let words = random_words(vec2u(fingerprint, u32(place.x)), view.frame, CACHE_SHARE_STREAM, view.seed);
+    let count = u32(share + f32(words.x >> 8u) * 5.9604644775390625e-8);
+    if count == 0u {
+        return;
+    }
+    let first = atomicAdd(&counters.rays, count);
+    let end = min(first + count, arrayLength(&rays));
+    if first >= end {
+        return;
+    }
+    records[slot].first_ray = first;
+    records[slot].ray_count = end - first;
+    for (var ray = first; ray < end; ray++) {
+        rays[ray].slot = slot;
+        rays[ray].index = ray - first;
+    }
+}

@@ -1,0 +1,68 @@
+// variants: lit
+// Adds the rays of this frame to the records, and lights their links anew where lights have changed.
+import package::common::math::{PI, octahedral_decode};
+@if(lit) import package::common::scene::Light;
+@if(lit) import package::radiance_cache::relight::reflected;
+import package::common::surfel::{pack_radiance, unpack_radiance};
+import package::radiance_cache::cells::{NO_SLOT, cells, records};
+import package::radiance_cache::counters::counters;
+import package::radiance_cache::links::{LINK_CONSTANT, links, rays};
+
+@if(lit) @group(0) @binding(7) var<storage, read> lights: array<Light>;
+
+/// Links that a record keeps.
+override LINKS: u32;
+override LIGHTS: u32;
+/// Rays whose mean a record keeps. More would follow changes of other records too slowly.
+const MOST_SAMPLES: f32 = 1024.0;
+
+/// The mean light of the links, lit by the lights as they are now.
+@if(lit)
+fn relit(slot: u32, count: u32) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < count; i++) {
+        let at = slot * LINKS + i;
+        if links[at].albedo < LINK_CONSTANT {
+            let normal = octahedral_decode(unpack2x16snorm(links[at].normal));
+            var irradiance = vec3f(0.0);
+            for (var light = 0u; light < LIGHTS; light++) {
+                irradiance += reflected(lights[light], links[at].position, normal, normal);
+            }
+            links[at].radiance = pack_radiance(unpack4x8unorm(links[at].albedo).rgb / PI * irradiance);
+        }
+        sum += unpack_radiance(links[at].radiance.x, links[at].radiance.y);
+    }
+    return sum / f32(max(count, 1u));
+}
+
+@compute @workgroup_size(64)
+fn integrate(@builtin(global_invocation_id) id: vec3u) {
+    let slot = id.x;
+    if slot >= arrayLength(&cells) || atomicLoad(&cells[slot].fingerprint) == 0u {
+        return;
+    }
+    var direct = records[slot].direct;
+    var samples = records[slot].samples;
+    @if(lit) {
+        if counters.relight != 0u && samples > 0.0 {
+            let kept = min(records[slot].links, LINKS);
+            direct = relit(slot, kept);
+            samples = f32(kept);
+        }
+    }
+    let first = records[slot].first_ray;
+    let count = records[slot].ray_count;
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < count; i++) {
+        let link = rays[first + i].link;
+        sum += unpack_radiance(link.radiance.x, link.radiance.y);
+        links[slot * LINKS + (records[slot].links + i) % LINKS] = link;
+    }
+    if count > 0u {
+        direct = (direct * samples + sum) / (samples + f32(count));
+        samples = min(samples + f32(count), MOST_SAMPLES);
+        records[slot].links += count;
+    }
+    records[slot].direct = direct;
+    records[slot].samples = samples;
+}

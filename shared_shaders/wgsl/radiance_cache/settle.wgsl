@@ -1,0 +1,18 @@
+// Gives a position to the records that hits refer to: that of one of this frame's hits.
+import package::radiance_cache::cells::{NO_SLOT, cells, records};
+import package::radiance_cache::counters::counters;
+import package::radiance_cache::links::rays;
+
+@compute @workgroup_size(64)
+fn settle(@builtin(global_invocation_id) id: vec3u) {
+    let number = id.x;
+    if number >= min(atomicLoad(&counters.rays), arrayLength(&rays)) {
+        return;
+    }
+    let source = rays[number].link.source;
+    if source == NO_SLOT || atomicLoad(&cells[source].hit) != rays[number].random {
+        return;
+    }
+    records[source].position = rays[number].link.position;
+    records[source].normal = rays[number].link.normal;
+}

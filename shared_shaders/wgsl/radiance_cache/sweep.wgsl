@@ -1,0 +1,48 @@
+// variants: lit, animated
+// Removes the records that nothing has referred to for a while, all of them after a cut, and prepares the others for the
+// next frame.
+import package::common::math::pcg3d;
+import package::temporal::previous_view::PreviousView;
+import package::radiance_cache::cells::{cells, LIFETIME};
+import package::radiance_cache::counters::counters;
+
+@group(0) @binding(1) var<uniform> previous: PreviousView;
+@group(0) @binding(4) var<storage, read_write> totals: array<vec4f>;
+// `array<Light>` and `array<Object>` as words, for their hash.
+@if(lit) @group(0) @binding(2) var<storage, read> lights: array<vec4u>;
+@if(animated) @group(0) @binding(3) var<storage, read> objects: array<vec4u>;
+
+@compute @workgroup_size(64)
+fn sweep(@builtin(global_invocation_id) id: vec3u) {
+    let slot = id.x;
+    if slot == 0u {
+        atomicStore(&counters.weights, 0u);
+        atomicStore(&counters.rays, 0u);
+        var hash = vec3u(1u);
+        @if(lit) {
+            for (var i = 0u; i < arrayLength(&lights); i++) {
+                hash = pcg3d(hash ^ lights[i].xyz) ^ vec3u(lights[i].w);
+            }
+        }
+        @if(animated) {
+            // An object is two matrices. The first one is its pose.
+            for (var i = 0u; i < arrayLength(&objects); i++) {
+                if i % 8u < 4u {
+                    hash = pcg3d(hash ^ objects[i].xyz) ^ vec3u(objects[i].w);
+                }
+            }
+        }
+        counters.relight = u32(counters.lights != hash.x && previous.valid != 0u);
+        counters.lights = hash.x;
+    }
+    if slot >= arrayLength(&cells) {
+        return;
+    }
+    atomicStore(&cells[slot].surfel, 0u);
+    atomicStore(&cells[slot].hit, 0u);
+    let age = counters.epoch - atomicLoad(&cells[slot].seen);
+    if previous.valid == 0u || age > LIFETIME {
+        atomicStore(&cells[slot].fingerprint, 0u);
+        totals[slot] = vec4f(0.0);
+    }
+}

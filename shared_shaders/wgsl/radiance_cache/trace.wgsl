@@ -1,0 +1,123 @@
+// variants: lit, environment
+// Traces the rays of this frame and finds the light at their ends.
+import package::common::math::{LARGEST_RADIANCE, PI, octahedral_decode, octahedral_encode, pcg3d};
+import package::common::hemisphere::cosine_direction;
+import package::common::surfel::{pack_radiance, surfel_depth, surfel_normal, surfel_position};
+import package::common::view::View;
+@if(environment) import package::common::environment::{latlong, small_map};
+@if(lit) import package::common::scene::Light;
+@if(lit) import package::radiance_cache::relight::reflected;
+import package::truth::surface::{surface_at, ray_from};
+import package::truth::traversal::{FAR, Ray, traverse};
+import package::radiance_cache::cells::{
+    NO_SLOT, cells, records, find_or_insert, fingerprint_of, hash_of, level_at, level_of, place_of,
+};
+import package::radiance_cache::counters::counters;
+import package::radiance_cache::links::{LINK_CONSTANT, LINK_SURFACE, Link, rays};
+
+struct Params {
+    // Width of a surfel in full-resolution pixels.
+    scale: f32,
+    // Width of a cell, full-resolution pixels, of the records that hits refer to.
+    spacing: f32,
+    // Unit of the grid, scene units.
+    unit: f32,
+    // Half the diagonal of the scene's bounding box.
+    scene_radius: f32,
+}
+
+// Bindings 2 and 3 of traversal are 2 and 3, of surface 5, of cells 10 and 11, and so on.
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(4) var<uniform> params: Params;
+@group(0) @binding(6) var surfels: texture_2d<u32>;
+@if(lit) @group(0) @binding(7) var<storage, read> lights: array<Light>;
+@if(environment) @group(0) @binding(8) var<storage, read> environment: array<vec4f>;
+
+override LIGHTS: u32;
+/// Whether any triangle is alpha-masked.
+override HOLES: bool;
+/// Whether further bounces are taken.
+override BOUNCES: bool;
+
+struct Origin {
+    position: vec3f,
+    normal: vec3f,
+}
+
+/// Where the rays of a record start in this frame: at the surfel that was chosen, otherwise at its own position.
+fn origin_of(slot: u32) -> Origin {
+    let surfel = atomicLoad(&cells[slot].surfel) & 0xffffffu;
+    if surfel == 0u {
+        let record = &records[slot];
+        return Origin((*record).position, octahedral_decode(unpack2x16snorm((*record).normal)));
+    }
+    let width = textureDimensions(surfels).x;
+    let texel = vec2u((surfel - 1u) % width, (surfel - 1u) / width);
+    let words = textureLoad(surfels, texel, 0);
+    let in_view = surfel_position(words, texel, params.scale, view.display_size, view.tan_half_fov);
+    return Origin(
+        (view.view_to_world * vec4f(in_view, 1.0)).xyz,
+        normalize((view.view_to_world * vec4f(surfel_normal(words), 0.0)).xyz),
+    );
+}
+
+/// Two numbers of sample `index` of a cell: the R2 lattice (Roberts 2018) from a random start.
+fn sample_at(start: vec2u, index: u32) -> vec2f {
+    return vec2f((start + index * vec2u(3242174889u, 2447445414u)) >> vec2u(8u)) * 5.9604644775390625e-8;
+}
+
+@compute @workgroup_size(64)
+fn trace(@builtin(global_invocation_id) id: vec3u) {
+    let number = id.x;
+    if number >= min(atomicLoad(&counters.rays), arrayLength(&rays)) {
+        return;
+    }
+    let slot = rays[number].slot;
+    let index = rays[number].index + records[slot].links;
+    let place = records[slot].coordinates;
+    let key = pcg3d(pcg3d(bitcast<vec3u>(place)) ^ vec3u(records[slot].level_and_bin, view.seed, 1u));
+    let random = pcg3d(vec3u(key.z, index, view.frame)).x;
+    let origin = origin_of(slot);
+    let direction = cosine_direction(origin.normal, sample_at(key.xy, index));
+    let ray = ray_from(origin.position, origin.normal, direction, params.scene_radius);
+    let hit = traverse(ray, FAR, false, HOLES);
+    var link = Link(direction, 0u, LINK_CONSTANT, NO_SLOT, vec2u(0u));
+    if hit.distance == FAR {
+        @if(environment) {
+            let first = small_map(environment[0]);
+            link.radiance = pack_radiance(environment[first + latlong(direction, environment[0].zw)].rgb);
+        }
+    } else {
+        let surface = surface_at(hit, ray);
+        if surface.sends {
+            link.position = surface.position;
+            link.normal = pack2x16snorm(octahedral_encode(surface.geometric_normal));
+            let is_constant = any(surface.emission > vec3f(0.0));
+            link.albedo = (pack4x8unorm(vec4f(surface.albedo, 0.0)) & 0xffffffu)
+                | select(LINK_SURFACE, LINK_CONSTANT, is_constant);
+            var radiance = surface.emission;
+            @if(lit) {
+                var sum = vec3f(0.0);
+                for (var i = 0u; i < LIGHTS; i++) {
+                    sum += reflected(lights[i], surface.position, surface.normal, surface.geometric_normal);
+                }
+                radiance += surface.albedo / PI * sum;
+            }
+            link.radiance = pack_radiance(min(radiance, vec3f(LARGEST_RADIANCE)));
+            if BOUNCES {
+                let distance = length(surface.position - view.view_to_world[3].xyz);
+                let level = max(
+                    level_at(distance, params.spacing, params.unit, view),
+                    level_of(records[slot].level_and_bin),
+                );
+                link.source = find_or_insert(place_of(surface.position, surface.normal, level, params.unit));
+                if link.source != NO_SLOT {
+                    atomicMax(&cells[link.source].hit, max(random, 1u));
+                    atomicMax(&cells[link.source].seen, counters.epoch);
+                }
+            }
+        }
+    }
+    rays[number].random = max(random, 1u);
+    rays[number].link = link;
+}

@@ -1,0 +1,16 @@
+// How much a record wants rays.
+
+/// Samples of a record that only hits refer to, with those of its children, after which it wants no more.
+const ENOUGH_FOR_HITS: f32 = 64.0;
+
+/// Share of the rays that a record gets, relative to others. `own` are its samples, `all` those of its children, too.
+/// `visible` tells whether a surfel is inside.
+fn weight_of(visible: bool, own: f32, all: f32) -> u32 {
+    if visible {
+        return select(select(select(1u, 2u, own < 128.0), 4u, own < 32.0), 8u, own < 8.0);
+    }
+    if own <= 0.0 && all <= 0.0 {
+        return 4u;
+    }
+    return select(select(0u, 1u, all < ENOUGH_FOR_HITS), 2u, all < 16.0);
+}

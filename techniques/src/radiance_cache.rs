@@ -1,0 +1,218 @@
+//! A cache of incident light on surfaces in world space. Records keep the exact rays that they have traced as links to what
+//! was hit: links are lit again when lights change, and carry light from record to record for all further bounces.
+//!
+//! Related: irradiance caching (Ward et al. 1988), spatial hashing of light (Binder et al. 2018), surfels that gather
+//! over frames (Halen et al. 2021), and two-level caches (Boissé et al. 2023).
+
+use halflight_shared_shaders::radiance_cache::{
+    bounce::{self, Bounce},
+    collect::{self, Collect},
+    draw::{self, Draw},
+    integrate::{self, Integrate},
+    resolve::{self, Resolve},
+    seek::{self, Seek},
+    settle::Settle,
+    sweep::Sweep,
+    total::Total,
+    trace::{self, Trace},
+    weigh::Weigh,
+};
+use wgpu::TextureFormat as Format;
+
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_renderer::{
+    choice,
+    gi::{
+        GBufferNeeds, Inputs, LightSources, Reach, StartResolution, Storage, Technique, UpsamplingKernel,
+        bvh::plan_bvh,
+        denoise::denoised,
+        resolution::{Upsampling, pyramid, to_display},
+        shadow_maps::{ShadowMaps, plan_shadow_maps},
+    },
+    parameters,
+    parameters::{Settings, SettingsError},
+};
+
+choice! {
+    /// Bounces of indirect light.
+    pub enum Bounces {
+        /// The first bounce: light that surfaces, emitters and the sky send after direct light.
+        First = "first",
+        /// All of them: each frame adds one.
+        All = "all",
+    }
+}
+
+parameters! {
+    /// Parameters of the radiance cache.
+    pub struct RadianceCache("radiance-cache") {
+        /// Rays of a frame. All records share them.
+        rays: u32 = 8192, in 64..=1_048_576, unit "1", grid [2048, 8192, 32768], role Plan;
+        /// Width of a record on the screen.
+        spacing: f32 = 8.0, in 2.0..=64.0, unit "px", grid [4.0, 8.0, 16.0], role Uniform;
+        /// Links that a record keeps, for changes of light and for further bounces.
+        links: u32 = 16, in 1..=256, unit "1", grid [16, 32], role Override;
+        /// Bounces of indirect light.
+        bounces: Bounces = Bounces::All, unit "", grid [Bounces::First, Bounces::All], role Plan;
+        /// Rays of a record at which it counts as much as the coarser ones around it.
+        trusted: f32 = 16.0, in 0.001..=1e6, unit "1", grid [16.0], role Override;
+        /// Resolution at which records are interpolated.
+        start_resolution: StartResolution = StartResolution::Half, unit "",
+        grid [StartResolution::Half, StartResolution::Quarter], role Plan;
+        /// Passes of the spatial filter that interpolates between records.
+        denoise: u32 = 2, in 0..=4, unit "1", grid [1, 2, 3], role Plan;
+        /// Storage of light at full resolution. float16 has half the bytes and clamps at 65,504.
+        storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
+    }
+}
+
+/// The technique. See the module.
+pub const TECHNIQUE: Technique = Technique {
+    name: RadianceCache::TECHNIQUE,
+    summary: "records in world space keep exact rays as links, which are lit again when lights change",
+    parameters: RadianceCache::parameters,
+    complete: |settings| Ok(RadianceCache::from_settings(settings)?.to_settings()),
+    needs: |_| Ok(GBufferNeeds::NONE),
+    sources: |_| Ok(LightSources { lamps: Reach::Scene, emitters: Reach::Scene, sky: Reach::Scene }),
+    plan,
+};
+
+/// Bytes of a record's cell, of the record and of its total: twins of `Cell`, `Record` and `totals` in
+/// radiance_cache/cells.wgsl.
+const CELL_BYTES: u64 = 16;
+const RECORD_BYTES: u64 = 80;
+const TOTAL_BYTES: u64 = 16;
+/// Bytes of a link and of a ray with its link: twins of radiance_cache/links.wgsl.
+const LINK_BYTES: u64 = 32;
+const RAY_BYTES: u64 = 48;
+/// Slots for each record that the display needs, if surfaces faced the camera: for slanted surfaces, coarser records, and
+/// those that only hits refer to.
+const SLOTS_PER_RECORD: f32 = 24.0;
+/// Unit of the grid, as a share of the scene's diagonal. Only its ratio to a power of two matters.
+const UNIT: f32 = 1.0 / 4096.0;
+
+/// Number of slots of the table: a power of two.
+fn slots([width, height]: [u32; 2], spacing: f32) -> u32 {
+    let records = width as f32 * height as f32 / (spacing * spacing);
+    ((SLOTS_PER_RECORD * records) as u32).next_power_of_two().clamp(1 << 12, 1 << 20)
+}
+
+fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
+    let parameters = RadianceCache::from_settings(settings)?;
+    let Some(scene) = inputs.scene else {
+        return Err(SettingsError(
+            "radiance-cache traces rays through the scene's triangles, and only textures were given: give the scene".into(),
+        ));
+    };
+    let level = pyramid(plan, inputs, false, parameters.start_resolution.divisor(), 0).remove(0);
+    let slots = slots(plan.display_size, parameters.spacing);
+    let (scale, spacing) = (level.scale as f32, parameters.spacing);
+    let (low, high) = scene.extent.scene;
+    let diagonal = low.distance(high).max(f32::MIN_POSITIVE * 1e10);
+    let unit = diagonal * UNIT;
+    let mut buffer = |name: &str, bytes: u64, reason: &str| plan.buffer(name, bytes, reason);
+    let each = u64::from(slots);
+    let cells = buffer("cells", each * CELL_BYTES, "table of records by their cells");
+    let records = buffer("records", each * RECORD_BYTES, "incident light of surfaces in a cell");
+    let totals = buffer("totals", each * TOTAL_BYTES, "light of records with all bounces");
+    let links =
+        buffer("links", each * u64::from(parameters.links) * LINK_BYTES, "what the newest rays of each record hit");
+    // The shares of the records are rounded at random, so their sum varies.
+    let most_rays = parameters.rays + parameters.rays / 4 + 1024;
+    let rays = buffer("rays", u64::from(most_rays) * RAY_BYTES, "rays of this frame");
+    let counters = buffer("counters", 32, "numbers of the whole cache");
+    let over_slots = [slots, 1];
+    let lights = scene.needs.lights as u32;
+    let shadows = plan_shadow_maps(plan, scene, settings)?;
+    let lamps = shadows.map(|shadows| (plan.changing_scene_buffer("scene.lights", "the scene's lights"), shadows));
+    let objects = scene.animated().then(|| plan.changing_scene_buffer("scene.objects", "objects are animated"));
+
+    let run = Sweep { cells, counters, totals, lit: lamps.map(|(lights, _)| lights), animated: objects };
+    plan.pass(Part::Technique, "sweep", run).because("removes records that nothing refers to").over(over_slots);
+
+    let params = seek::Params { scale, spacing, unit };
+    let run = Seek { surfels: level.surfels, cells, records, counters, params };
+    plan.pass(Part::Technique, "seek", run)
+        .because("records of what the camera sees")
+        .over(level.size.map(|v| v.div_ceil(2)));
+
+    let run = Weigh { cells, records, counters, totals };
+    plan.pass(Part::Technique, "weigh", run).because("records with few rays get more").over(over_slots);
+
+    let params = draw::Params { budget: parameters.rays as f32 };
+    let run = Draw { cells, records, counters, rays, totals, params };
+    plan.pass(Part::Technique, "draw", run)
+        .because(format!("{} rays a frame", parameters.rays))
+        .over(over_slots);
+
+    let bvh = plan_bvh(plan);
+    let environment =
+        scene.needs.environment.then(|| plan.scene_buffer("scene.environment", "environment light"));
+    let materials = plan.scene_buffer("scene.materials", "the scene's materials");
+    let texels = plan.scene_buffer("scene.texels", "materials with textures");
+    let run = Trace {
+        nodes: bvh.nodes,
+        triangles: bvh.triangles,
+        attributes: bvh.attributes,
+        materials,
+        texels,
+        surfels: level.surfels,
+        cells,
+        records,
+        counters,
+        rays,
+        lit: lamps.map(|(lights, ShadowMaps { maps, layers })| trace::Lit { lights, maps, layers }),
+        environment,
+        params: trace::Params { scale, spacing: spacing * HIT_SPACING, unit, scene_radius: 0.5 * diagonal },
+        constants: trace::Constants {
+            lights,
+            holes: scene.needs.alpha_tested,
+            bounces: parameters.bounces == Bounces::All,
+        },
+    };
+    plan.pass(Part::Technique, "trace", run).because("light at the ends of rays").over([most_rays, 1]);
+
+    let run = Settle { cells, records, counters, rays };
+    plan.pass(Part::Technique, "settle", run).because("positions of records that hits refer to").over([most_rays, 1]);
+
+    let run = Integrate {
+        cells,
+        records,
+        rays,
+        links,
+        lit: lamps.map(|(lights, ShadowMaps { maps, layers })| integrate::Lit { lights, counters, maps, layers }),
+        constants: integrate::Constants { links: parameters.links, lights },
+    };
+    plan.pass(Part::Technique, "integrate", run).because("adds rays to records; lights links again").over(over_slots);
+
+    if parameters.bounces == Bounces::All {
+        let constants = bounce::Constants { links: parameters.links };
+        let run = Bounce { cells, records, counters, links, totals, constants };
+        plan.pass(Part::Technique, "bounce", run).because("further bounces, through links").over(over_slots);
+    }
+    plan.pass(Part::Technique, "total", Total { cells, records, totals })
+        .because("light of records with all bounces")
+        .over(over_slots);
+    for (name, parity) in [("collect_0", 1), ("collect_1", 0), ("collect_2", 1)] {
+        let run = Collect { cells, records, totals, params: collect::Params { parity } };
+        plan.pass(Part::Technique, name, run).because("coarse records collect the light of finer ones").over(over_slots);
+    }
+
+    let gathered = plan.texture("gathered", level.size, Format::Rgba32Float, "light of the records");
+    let run = Resolve {
+        cells,
+        counters,
+        totals,
+        surfels: level.surfels,
+        gathered,
+        params: resolve::Params { scale, spacing, unit },
+        constants: resolve::Constants { trusted: parameters.trusted },
+    };
+    plan.pass(Part::Technique, "resolve", run).because("light of the records at each surfel").over(level.size);
+    let light = denoised(plan, &level, gathered, parameters.denoise);
+    let upsampling = Upsampling { kernel: UpsamplingKernel::Linear, storage: parameters.storage };
+    Ok(Some(to_display(plan, inputs, &upsampling, &level, light, "indirect")))
+}
+
+/// Width of records that hits refer to, relative to those of surfels.
+const HIT_SPACING: f32 = 4.0;

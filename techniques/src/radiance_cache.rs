@@ -17,6 +17,7 @@ use halflight_shared_shaders::radiance_cache::{
     trace::{self, Trace},
     weigh::Weigh,
 };
+use glam::Vec3;
 use wgpu::TextureFormat as Format;
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
@@ -87,7 +88,7 @@ const LINK_BYTES: u64 = 32;
 const RAY_BYTES: u64 = 48;
 /// Slots for each record that the display needs, if surfaces faced the camera: for slanted surfaces, coarser records, and
 /// those that only hits refer to.
-const SLOTS_PER_RECORD: f32 = 24.0;
+const SLOTS_PER_RECORD: f32 = 16.0;
 /// Unit of the grid, as a share of the scene's diagonal. Only its ratio to a power of two matters.
 const UNIT: f32 = 1.0 / 4096.0;
 
@@ -145,6 +146,8 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         .because(format!("{} rays a frame", parameters.rays))
         .over(over_slots);
 
+    let [low, high] = scene.bounds.map(Vec3::from);
+    let least_level = (HIT_WIDTH * low.distance(high) / unit).max(f32::MIN_POSITIVE).log2().round() as i32;
     let bvh = plan_bvh(plan);
     let environment =
         scene.needs.environment.then(|| plan.scene_buffer("scene.environment", "environment light"));
@@ -163,7 +166,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         rays,
         lit: lamps.map(|(lights, ShadowMaps { maps, layers })| trace::Lit { lights, maps, layers }),
         environment,
-        params: trace::Params { scale, spacing: spacing * HIT_SPACING, unit, scene_radius: 0.5 * diagonal },
+        params: trace::Params { scale, spacing: spacing * HIT_SPACING, unit, scene_radius: 0.5 * diagonal, least_level },
         constants: trace::Constants {
             lights,
             holes: scene.needs.alpha_tested,
@@ -216,3 +219,5 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
 
 /// Width of records that hits refer to, relative to those of surfels.
 const HIT_SPACING: f32 = 4.0;
+/// Least width of records that hits refer to, as a share of what is looked at.
+const HIT_WIDTH: f32 = 1.0 / 64.0;

@@ -10,7 +10,7 @@ import package::common::view::View;
 import package::truth::surface::{surface_at, ray_from};
 import package::truth::traversal::{FAR, Ray, traverse};
 import package::radiance_cache::cells::{
-    NO_SLOT, cells, records, find_or_insert, fingerprint_of, hash_of, level_at, level_of, place_of,
+    NO_SLOT, cells, records, find_or_insert, fingerprint_of, hash_of, level_at, place_of,
 };
 import package::radiance_cache::counters::counters;
 import package::radiance_cache::links::{LINK_CONSTANT, LINK_SURFACE, Link, rays};
@@ -24,6 +24,8 @@ struct Params {
     unit: f32,
     // Half the diagonal of the scene's bounding box.
     scene_radius: f32,
+    // Lowest level of the records that hits refer to.
+    least_level: i32,
 }
 
 // Bindings 2 and 3 of traversal are 2 and 3, of surface 5, of cells 10 and 11, and so on.
@@ -106,10 +108,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             link.radiance = pack_radiance(min(radiance, vec3f(LARGEST_RADIANCE)));
             if BOUNCES {
                 let distance = length(surface.position - view.view_to_world[3].xyz);
-                let level = max(
-                    level_at(distance, params.spacing, params.unit, view),
-                    level_of(records[slot].level_and_bin),
-                );
+                let level = max(level_at(distance, params.spacing, params.unit, view), params.least_level);
                 link.source = find_or_insert(place_of(surface.position, surface.normal, level, params.unit));
                 if link.source != NO_SLOT {
                     atomicMax(&cells[link.source].hit, max(random, 1u));

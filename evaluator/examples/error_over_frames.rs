@@ -1,0 +1,135 @@
+//! Error and time of a technique over the frames of a static view: relMSE of `albedo * indirect` over blocks of 4 x 4
+//! pixels, against a path-traced reference.
+//!
+//!     cargo run --release -p halflight-evaluator --example error_over_frames -- scenes/atrium.toml --size 320x180
+#![allow(clippy::disallowed_macros, reason = "an example prints")]
+
+use std::{error::Error, path::PathBuf};
+
+use clap::Parser;
+use halflight_evaluator::experiment::{
+    COMMIT, reference,
+    session::{Request, Session, open_adapter, open_scene},
+};
+use halflight_frame_graph::Part;
+use halflight_metrics::block_mean;
+use halflight_native::images::{Image, Precision};
+use halflight_renderer::{
+    parameters::{Settings, Value},
+    truth::{Request as TruthRequest, Stop},
+};
+use halflight_techniques::{invocation::parse_size, technique};
+
+#[derive(Parser)]
+struct Args {
+    /// A scene file.
+    scene: PathBuf,
+    /// The technique.
+    #[arg(long, default_value = "radiance-cache")]
+    technique: String,
+    /// A setting, NAME=VALUE.
+    #[arg(long = "set")]
+    set: Vec<String>,
+    /// Width and height, pixels.
+    #[arg(long, default_value = "320x180", value_parser = parse_size)]
+    size: [u32; 2],
+    /// Frames that are measured, counted from 1.
+    #[arg(long, value_delimiter = ',', default_value = "1,8,32,128")]
+    frames: Vec<u32>,
+    /// Bounces of the reference.
+    #[arg(long, default_value_t = 12)]
+    bounces: u32,
+    /// Relative error of the reference over blocks of 8 x 8 pixels.
+    #[arg(long, default_value_t = 0.02)]
+    rel_error: f32,
+    /// Folder for the frames as EXR files.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Whether to skip the reference, and with it the errors.
+    #[arg(long)]
+    no_reference: bool,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let args = Args::parse();
+    let native = open_adapter("any")?;
+    let scene = open_scene(&args.scene)?;
+    let technique = technique(&args.technique)?;
+    let mut settings = Settings::new();
+    for text in &args.set {
+        let (key, value) = text.split_once('=').ok_or_else(|| format!("--set {text} has no value"))?;
+        settings.insert(key.to_owned(), Value::parse(value));
+    }
+    let settings = (technique.complete)(&settings)?;
+    let truth = if args.no_reference {
+        None
+    } else {
+        let request =
+            TruthRequest { bounce1: args.bounces == 1, bounces: args.bounces, ..TruthRequest::new(scene.camera, args.size) };
+        let stop = Stop { samples_per_pixel: 1 << 16, rel_error: Some(args.rel_error), error_block: 8 };
+        Some(reference::image(&reference::trace(&native, &scene, &request, stop)?.truth))
+    };
+    let session = Session::new(&native, &scene);
+    let mut frames = session.frames(&Request { technique, settings, size: args.size, seed: 0, direct: None })?;
+    println!("{}, commit {COMMIT}, {}, {}, {}x{}", native.info.name, scene.name, technique.name, args.size[0], args.size[1]);
+    println!("technique {:.1} MB", frames.plan().technique_bytes() as f64 * 1e-6);
+    println!("| frame | relMSE | median | without the worst 2 % | mean | technique, ms | trace, ms | slots taken |");
+    println!("|---:|---:|---:|---:|---:|---:|---:|---:|");
+    let mut times = Vec::new();
+    for number in 1..=args.frames.iter().copied().max().unwrap_or(1) {
+        let time = frames.run(number - 1)?;
+        let of = |wanted: &dyn Fn(&str) -> bool| {
+            let passes = time.passes.iter().filter(|pass| pass.part == Part::Technique && wanted(&pass.name));
+            passes.map(|pass| pass.milliseconds).sum::<f64>()
+        };
+        times.push([of(&|_| true), of(&|name| name == "trace")]);
+        if !args.frames.contains(&number) {
+            continue;
+        }
+        let image = frames.image()?;
+        if let Some(folder) = &args.out {
+            image.write_exr(&folder.join(format!("{}_{number}.exr", technique.name)), Precision::Half)?;
+        }
+        let errors = truth.as_ref().map_or(Ok([f64::NAN; 4]), |truth| block_errors(&image, truth))?;
+        let errors: Vec<String> = errors.iter().map(|error| format!("{error:.4}")).collect();
+        let [all, trace] = [0, 1].map(|part| {
+            let mut sorted: Vec<f64> = times.iter().map(|time| time[part]).collect();
+            sorted.sort_by(f64::total_cmp);
+            sorted[sorted.len() / 2]
+        });
+        let taken = frames.read_buffer("cells")?.map_or(String::new(), |bytes| {
+            let cells = bytes.chunks_exact(16);
+            let count = cells.len();
+            let taken = cells.filter(|cell| cell[..4] != [0; 4]).count();
+            format!("{taken} of {count}")
+        });
+        println!("| {number} | {} | {all:.1} | {trace:.1} | {taken} |", errors.join(" | "));
+        times.clear();
+    }
+    Ok(())
+}
+
+/// relMSE over blocks: its mean, its median, its mean without the worst 2 %; and the ratio of the means.
+fn block_errors(image: &Image, truth: &Image) -> Result<[f64; 4], Box<dyn Error>> {
+    let mask = truth.surface_mask().ok_or("the reference has no depth")?;
+    let light = |image: &Image| -> Result<Vec<[f32; 3]>, Box<dyn Error>> {
+        let albedo = truth.rgb("albedo").ok_or("the reference has no albedo")?;
+        let light = image.rgb("indirect").unwrap_or_else(|| vec![[0.0; 3]; albedo.len()]);
+        let product = albedo.iter().zip(&light).map(|(a, i)| std::array::from_fn(|c| a[c] * i[c]));
+        Ok(block_mean(&product.collect::<Vec<_>>(), truth.width, 4, Some(&mask)))
+    };
+    let (own, wanted) = (light(image)?, light(truth)?);
+    let mean = |blocks: &[[f32; 3]]| {
+        blocks.iter().flatten().map(|&v| f64::from(v)).sum::<f64>() / (3 * blocks.len().max(1)) as f64
+    };
+    // The floor is that of every relMSE here: a tenth of the mean, squared.
+    let floor = 0.01 * mean(&wanted).powi(2);
+    let error = |(own, wanted): (&[f32; 3], &[f32; 3])| {
+        (0..3).map(|c| f64::from(own[c] - wanted[c]).powi(2) / (f64::from(wanted[c]).powi(2) + floor)).sum::<f64>() / 3.0
+    };
+    let mut errors: Vec<f64> = own.iter().zip(&wanted).map(error).collect();
+    errors.sort_by(f64::total_cmp);
+    let average = |part: &[f64]| part.iter().sum::<f64>() / part.len().max(1) as f64;
+    let most = errors.len() * 98 / 100;
+    Ok([average(&errors), errors[errors.len() / 2], average(&errors[..most]), mean(&own) / mean(&wanted)])
+}

@@ -64,14 +64,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     let truth = if args.no_reference {
         None
     } else {
-        let request =
-            TruthRequest { bounce1: args.bounces == 1, bounces: args.bounces, ..TruthRequest::new(scene.camera, args.size) };
+        let request = TruthRequest {
+            bounce1: args.bounces == 1,
+            bounces: args.bounces,
+            ..TruthRequest::new(scene.camera, args.size)
+        };
         let stop = Stop { samples_per_pixel: 1 << 16, rel_error: Some(args.rel_error), error_block: 8 };
         Some(reference::image(&reference::trace(&native, &scene, &request, stop)?.truth))
     };
     let session = Session::new(&native, &scene);
     let mut frames = session.frames(&Request { technique, settings, size: args.size, seed: 0, direct: None })?;
-    println!("{}, commit {COMMIT}, {}, {}, {}x{}", native.info.name, scene.name, technique.name, args.size[0], args.size[1]);
+    println!(
+        "{}, commit {COMMIT}, {}, {}, {}x{}",
+        native.info.name, scene.name, technique.name, args.size[0], args.size[1]
+    );
     println!("technique {:.1} MB", frames.plan().technique_bytes() as f64 * 1e-6);
     println!("| frame | relMSE | median | without the worst 2 % | mean | technique, ms | trace, ms | slots taken |");
     println!("|---:|---:|---:|---:|---:|---:|---:|---:|");
@@ -125,7 +131,8 @@ fn block_errors(image: &Image, truth: &Image) -> Result<[f64; 4], Box<dyn Error>
     // The floor is that of every relMSE here: a tenth of the mean, squared.
     let floor = 0.01 * mean(&wanted).powi(2);
     let error = |(own, wanted): (&[f32; 3], &[f32; 3])| {
-        (0..3).map(|c| f64::from(own[c] - wanted[c]).powi(2) / (f64::from(wanted[c]).powi(2) + floor)).sum::<f64>() / 3.0
+        (0..3).map(|c| f64::from(own[c] - wanted[c]).powi(2) / (f64::from(wanted[c]).powi(2) + floor)).sum::<f64>()
+            / 3.0
     };
     let mut errors: Vec<f64> = own.iter().zip(&wanted).map(error).collect();
     errors.sort_by(f64::total_cmp);

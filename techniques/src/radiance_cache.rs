@@ -4,20 +4,23 @@
 //! Related: irradiance caching (Ward et al. 1988), spatial hashing of light (Binder et al. 2018), surfels that gather
 //! over frames (Halen et al. 2021), and two-level caches (Boissé et al. 2023).
 
-use halflight_shared_shaders::radiance_cache::{
-    bounce::{self, Bounce},
-    collect::{self, Collect},
-    draw::{self, Draw},
-    integrate::{self, Integrate},
-    resolve::{self, Resolve},
-    seek::{self, Seek},
-    settle::Settle,
-    sweep::Sweep,
-    total::Total,
-    trace::{self, Trace},
-    weigh::Weigh,
-};
 use glam::Vec3;
+use halflight_shared_shaders::{
+    hierarchical::upsample_linear::{self, UpsampleLinear},
+    radiance_cache::{
+        bounce::{self, Bounce},
+        collect::{self, Collect},
+        draw::{self, Draw},
+        integrate::{self, Integrate},
+        resolve::{self, Resolve},
+        seek::Seek,
+        settle::Settle,
+        sweep::Sweep,
+        total::Total,
+        trace::{self, Trace},
+        weigh::Weigh,
+    },
+};
 use wgpu::TextureFormat as Format;
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
@@ -50,13 +53,13 @@ parameters! {
         /// Rays of a frame. All records share them.
         rays: u32 = 8192, in 64..=1_048_576, unit "1", grid [2048, 8192, 32768], role Plan;
         /// Width of a record on the screen.
-        spacing: f32 = 8.0, in 2.0..=64.0, unit "px", grid [4.0, 8.0, 16.0], role Uniform;
+        spacing: f32 = 8.0, in 2.0..=64.0, unit "px", grid [4.0, 8.0, 16.0], role Plan;
         /// Links that a record keeps, for changes of light and for further bounces.
         links: u32 = 16, in 1..=256, unit "1", grid [16, 32], role Override;
         /// Bounces of indirect light.
         bounces: Bounces = Bounces::All, unit "", grid [Bounces::First, Bounces::All], role Plan;
         /// Rays of a record at which it counts as much as the coarser ones around it.
-        trusted: f32 = 16.0, in 0.001..=1e6, unit "1", grid [16.0], role Override;
+        trusted: f32 = 16.0, in 0.001..=1e6, unit "1", grid [16.0], role Plan;
         /// Resolution at which records are interpolated.
         start_resolution: StartResolution = StartResolution::Half, unit "",
         grid [StartResolution::Half, StartResolution::Quarter], role Plan;
@@ -89,6 +92,8 @@ const RAY_BYTES: u64 = 48;
 /// Slots for each record that the display needs, if surfaces faced the camera: for slanted surfaces, coarser records, and
 /// those that only hits refer to.
 const SLOTS_PER_RECORD: f32 = 16.0;
+/// Width of the squares of pixels of which one is looked at in a frame: radiance_cache/squares.wgsl.
+const SQUARE: u32 = 4;
 /// Unit of the grid, as a share of the scene's diagonal. Only its ratio to a power of two matters.
 const UNIT: f32 = 1.0 / 4096.0;
 
@@ -102,15 +107,20 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let parameters = RadianceCache::from_settings(settings)?;
     let Some(scene) = inputs.scene else {
         return Err(SettingsError(
-            "radiance-cache traces rays through the scene's triangles, and only textures were given: give the scene".into(),
+            "radiance-cache traces rays through the scene's triangles, and only textures were given: give the scene"
+                .into(),
         ));
     };
     let level = pyramid(plan, inputs, false, parameters.start_resolution.divisor(), 0).remove(0);
     let slots = slots(plan.display_size, parameters.spacing);
-    let (scale, spacing) = (level.scale as f32, parameters.spacing);
+    let scale = level.scale as f32;
     let (low, high) = scene.extent.scene;
     let diagonal = low.distance(high).max(f32::MIN_POSITIVE * 1e10);
     let unit = diagonal * UNIT;
+    let focus = Vec3::from(scene.bounds[0]).distance(scene.bounds[1].into());
+    let level_of_hits = (HIT_WIDTH * focus / unit).max(f32::MIN_POSITIVE).log2().round() as i32;
+    let words = [unit.to_bits(), parameters.spacing.to_bits(), parameters.trusted.to_bits(), level_of_hits as u32];
+    let grid = plan.data("grid", words.into_iter().flat_map(u32::to_le_bytes).collect(), "sizes of cells");
     let mut buffer = |name: &str, bytes: u64, reason: &str| plan.buffer(name, bytes, reason);
     let each = u64::from(slots);
     let cells = buffer("cells", each * CELL_BYTES, "table of records by their cells");
@@ -123,6 +133,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let rays = buffer("rays", u64::from(most_rays) * RAY_BYTES, "rays of this frame");
     let counters = buffer("counters", 32, "numbers of the whole cache");
     let over_slots = [slots, 1];
+    let plan_size = plan.display_size;
     let lights = scene.needs.lights as u32;
     let shadows = plan_shadow_maps(plan, scene, settings)?;
     let lamps = shadows.map(|shadows| (plan.changing_scene_buffer("scene.lights", "the scene's lights"), shadows));
@@ -131,26 +142,21 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let run = Sweep { cells, counters, totals, lit: lamps.map(|(lights, _)| lights), animated: objects };
     plan.pass(Part::Technique, "sweep", run).because("removes records that nothing refers to").over(over_slots);
 
-    let params = seek::Params { scale, spacing, unit };
-    let run = Seek { surfels: level.surfels, cells, records, counters, params };
+    let &Inputs { depth, normal, .. } = inputs;
+    let run = Seek { depth, normal, grid, cells, records, counters };
     plan.pass(Part::Technique, "seek", run)
         .because("records of what the camera sees")
-        .over(level.size.map(|v| v.div_ceil(2)));
+        .over(plan_size.map(|v| v.div_ceil(SQUARE)));
 
     let run = Weigh { cells, records, counters, totals };
     plan.pass(Part::Technique, "weigh", run).because("records with few rays get more").over(over_slots);
 
     let params = draw::Params { budget: parameters.rays as f32 };
     let run = Draw { cells, records, counters, rays, totals, params };
-    plan.pass(Part::Technique, "draw", run)
-        .because(format!("{} rays a frame", parameters.rays))
-        .over(over_slots);
+    plan.pass(Part::Technique, "draw", run).because(format!("{} rays a frame", parameters.rays)).over(over_slots);
 
-    let [low, high] = scene.bounds.map(Vec3::from);
-    let least_level = (HIT_WIDTH * low.distance(high) / unit).max(f32::MIN_POSITIVE).log2().round() as i32;
     let bvh = plan_bvh(plan);
-    let environment =
-        scene.needs.environment.then(|| plan.scene_buffer("scene.environment", "environment light"));
+    let environment = scene.needs.environment.then(|| plan.scene_buffer("scene.environment", "environment light"));
     let materials = plan.scene_buffer("scene.materials", "the scene's materials");
     let texels = plan.scene_buffer("scene.texels", "materials with textures");
     let run = Trace {
@@ -159,14 +165,16 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         attributes: bvh.attributes,
         materials,
         texels,
-        surfels: level.surfels,
+        depth,
+        normal,
+        grid,
         cells,
         records,
         counters,
         rays,
         lit: lamps.map(|(lights, ShadowMaps { maps, layers })| trace::Lit { lights, maps, layers }),
         environment,
-        params: trace::Params { scale, spacing: spacing * HIT_SPACING, unit, scene_radius: 0.5 * diagonal, least_level },
+        params: trace::Params { scene_radius: 0.5 * diagonal },
         constants: trace::Constants {
             lights,
             holes: scene.needs.alpha_tested,
@@ -198,26 +206,39 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         .over(over_slots);
     for (name, parity) in [("collect_0", 1), ("collect_1", 0), ("collect_2", 1)] {
         let run = Collect { cells, records, totals, params: collect::Params { parity } };
-        plan.pass(Part::Technique, name, run).because("coarse records collect the light of finer ones").over(over_slots);
+        plan.pass(Part::Technique, name, run)
+            .because("coarse records collect the light of finer ones")
+            .over(over_slots);
     }
 
     let gathered = plan.texture("gathered", level.size, Format::Rgba32Float, "light of the records");
-    let run = Resolve {
-        cells,
-        counters,
-        totals,
-        surfels: level.surfels,
-        gathered,
-        params: resolve::Params { scale, spacing, unit },
-        constants: resolve::Constants { trusted: parameters.trusted },
-    };
+    let run =
+        Resolve { grid, cells, counters, totals, surfels: level.surfels, gathered, params: resolve::Params { scale } };
     plan.pass(Part::Technique, "resolve", run).because("light of the records at each surfel").over(level.size);
     let light = denoised(plan, &level, gathered, parameters.denoise);
-    let upsampling = Upsampling { kernel: UpsamplingKernel::Linear, storage: parameters.storage };
-    Ok(Some(to_display(plan, inputs, &upsampling, &level, light, "indirect")))
+    if level.scale != 2 {
+        let upsampling = Upsampling { kernel: UpsamplingKernel::Linear, storage: parameters.storage };
+        return Ok(Some(to_display(plan, inputs, &upsampling, &level, light, "indirect")));
+    }
+    let float16 = parameters.storage == Storage::Float16;
+    let format = if float16 { Format::Rgba16Float } else { Format::Rgba32Float };
+    let indirect = plan.texture("indirect", plan.display_size, format, "indirect light at full resolution");
+    let run = UpsampleLinear {
+        coarse_surfels: level.surfels,
+        indirect,
+        depth: inputs.depth,
+        normal: inputs.normal,
+        float16,
+        ambient_visibility: false,
+        packed: false,
+        records: Some(upsample_linear::Records { grid, cells, totals }),
+        coarse_indirect: Some(light),
+    };
+    plan.pass(Part::Technique, "upsample", run)
+        .because("interpolates at half resolution, and looks records up where no surfel fits")
+        .over(level.size.map(|v| v + 1));
+    Ok(Some(indirect))
 }
 
-/// Width of records that hits refer to, relative to those of surfels.
-const HIT_SPACING: f32 = 4.0;
 /// Least width of records that hits refer to, as a share of what is looked at.
 const HIT_WIDTH: f32 = 1.0 / 64.0;

@@ -19,9 +19,5 @@ pub struct PlannedBvh {
 /// The BVH of the scene.
 pub fn plan_bvh(plan: &mut FramePlan) -> PlannedBvh {
     let mut texture = |name| plan.scene_buffer(name, "rays through the scene's triangles");
-    PlannedBvh {
-        nodes: texture(BVH_NODES),
-        triangles: texture(BVH_TRIANGLES),
-        attributes: texture(BVH_ATTRIBUTES),
-    }
+    PlannedBvh { nodes: texture(BVH_NODES), triangles: texture(BVH_TRIANGLES), attributes: texture(BVH_ATTRIBUTES) }
 }

@@ -169,6 +169,7 @@ pub fn to_display(
             float16: half,
             ambient_visibility,
             packed,
+            records: None,
             coarse_indirect: (!packed).then_some(light),
         };
         plan.pass(Part::Technique, pass, run)

@@ -65,8 +65,7 @@ pub fn plan_shadow_maps(
                 ["scene.materials", "scene.texels"].map(|name| plan.scene_buffer(name, "alpha-masked surfaces"));
             shadow_map::AlphaTested { materials, texels }
         });
-        let animated =
-            facts.animated().then(|| plan.changing_scene_buffer("scene.objects", "objects are animated"));
+        let animated = facts.animated().then(|| plan.changing_scene_buffer("scene.objects", "objects are animated"));
         let run = ShadowMap { shadow_view: view, vertices, alpha_tested, animated, triangles: None };
         let opaque = shadow_map::Features { alpha_tested: false, ..run.features() }.shader();
         let drawn = triangles::by_alpha(facts.needs.alpha_tested, opaque);

@@ -7,9 +7,7 @@ use glam::{Mat4, Vec3, vec2};
 use halflight_frame_graph::{FramePlan, Gpu, Provider, Triangles};
 use halflight_scenes::{Light, Mesh, Scene};
 
-use super::{
-    BvhError, SceneBvh, environment::environment_words, numbered_triangles::NumberedTriangles, texel_pool,
-};
+use super::{BvhError, SceneBvh, environment::environment_words, numbered_triangles::NumberedTriangles, texel_pool};
 
 /// Twin of `Vertex` in `common/scene.wgsl`.
 #[repr(C)]

@@ -52,12 +52,12 @@ const AMBIENT_VISIBILITY_STREAM: u32 = 3077u;
 /// Hybrid, directions drawn from the mirror lobe: 1 stream.
 const REFLECTION_STREAM: u32 = 3078u;
 
-/// Radiance cache, which surfels are looked at: 1 stream.
+/// Radiance cache, which pixels are looked at: 2 streams.
 const CACHE_SEEK_STREAM: u32 = 3079u;
 /// Radiance cache, rounding of the shares of rays: 1 stream.
-const CACHE_SHARE_STREAM: u32 = 3080u;
+const CACHE_SHARE_STREAM: u32 = 3081u;
 /// Radiance cache, interpolation between cells: 2 streams.
-const CACHE_RESOLVE_STREAM: u32 = 3081u;
+const CACHE_RESOLVE_STREAM: u32 = 3082u;
 
 /// RSM technique: one stream a map, from here.
 const RSM_STREAM: u32 = 4096u;

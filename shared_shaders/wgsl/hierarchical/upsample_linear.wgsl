@@ -1,12 +1,14 @@
-// variants: float16, ambient_visibility, packed
+// variants: float16, ambient_visibility, packed, records
 // Upsamples light from half resolution to the display with the linear kernel. One invocation computes the four pixels
 // between four coarse texels, which are the parents of all of them. This takes fewer fetches than nine for the four
 // pixels of a texel. With `ambient_visibility` the texture holds one number. With `packed` the coarse light is the
-// radiance of surfels.
+// radiance of surfels. With `records`, pixels whose surface no parent shows look it up in the radiance cache.
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(packed && !ambient_visibility) import package::common::surfel::surfel_radiance;
 @if(float16) import package::common::math::LARGEST_FLOAT16;
+@if(records) import package::radiance_cache::cells::{level_at, place_of};
+@if(records) import package::radiance_cache::light::light_of_cell;
 import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN_WEIGHT};
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -17,6 +19,10 @@ import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN
 @if(float16 && !ambient_visibility) @group(0) @binding(3) var indirect: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(4) var depth: texture_2d<f32>;
 @group(0) @binding(5) var normal: texture_2d<f32>;
+
+/// Weight of the parents below which a pixel looks for its own record: that of the nearest parent alone, half matching.
+@if(records)
+const LEAST_WEIGHT: f32 = 0.5;
 
 const COARSE_SCALE: f32 = 2.0;
 /// Farther than any surface.
@@ -90,6 +96,15 @@ fn write_pixel(texel: vec2i, tolerance: f32, nearest: Parent, across: Parent, do
     // If no parent shows this surface, use the one nearest in depth.
     let weight = sum.weighted.w;
     var result = select(sum.closest.rgb, sum.weighted.rgb / max(weight, MIN_WEIGHT), weight > MIN_WEIGHT);
+    @if(records) {
+        if weight < LEAST_WEIGHT && d > SKY_DEPTH {
+            let position = (view.view_to_world * vec4f(view_position(uv, d, view.tan_half_fov), 1.0)).xyz;
+            let world_normal = normalize((view.view_to_world * vec4f(n, 0.0)).xyz);
+            let level = level_at(d, view);
+            let own = light_of_cell(place_of(position, world_normal, level));
+            result = select(result, own.rgb, own.w > 0.0);
+        }
+    }
     result = select(vec3f(0.0), result, d > SKY_DEPTH);
     @if(float16) { result = min(result, vec3f(LARGEST_FLOAT16)); }
     textureStore(indirect, texel, vec4f(result, 1.0));

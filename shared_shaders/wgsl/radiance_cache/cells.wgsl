@@ -10,11 +10,12 @@ import package::common::view::View;
 struct Cell {
     // Fingerprint; 0 for an empty slot.
     fingerprint: atomic<u32>,
-    // The surfel that stands for the cell in this frame, plus one, below 8 random bits; 0 where no surfel is inside.
-    surfel: atomic<u32>,
+    // The square of pixels that stands for the cell in this frame, plus one, below 8 random bits; 0 where no pixel that
+    // was looked at is inside.
+    pixel: atomic<u32>,
     // The hit that stands for the cell in this frame: its random word; 0 where none is inside.
     hit: atomic<u32>,
-    // Stamp of the last frame in which a surfel or a link referred to the cell.
+    // Stamp of the last frame in which a pixel or a link referred to the cell.
     seen: atomic<u32>,
 }
 
@@ -47,6 +48,19 @@ struct Record {
     unused_1: u32,
 }
 
+/// Sizes of cells.
+struct Grid {
+    // Width of cells of level 0, scene units.
+    unit: f32,
+    // Width of a cell on the screen, full-resolution pixels.
+    spacing: f32,
+    // Rays of a record at which it counts as much as the coarser ones around it.
+    trusted: f32,
+    // Lowest level of the records that only hits refer to.
+    level_of_hits: i32,
+}
+
+@group(0) @binding(9) var<uniform> grid: Grid;
 @group(0) @binding(10) var<storage, read_write> cells: array<Cell>;
 @group(0) @binding(11) var<storage, read_write> records: array<Record>;
 
@@ -75,20 +89,20 @@ fn normal_bin(normal: vec3f) -> u32 {
     return (axis * 2u + select(0u, 1u, along < 0.0)) * 9u + part.x * 3u + part.y;
 }
 
-/// Level of the cells that are at least about `spacing` pixels wide at this distance.
-fn level_at(distance: f32, spacing: f32, unit: f32, view: View) -> i32 {
-    let width = spacing * 2.0 * view.tan_half_fov.y * distance / view.display_size.y;
-    return i32(clamp(round(log2(max(width, 1e-37) / unit)), -100.0, 100.0));
+/// Level of the cells that are about `grid.spacing` pixels wide at this distance.
+fn level_at(distance: f32, view: View) -> i32 {
+    let width = grid.spacing * 2.0 * view.tan_half_fov.y * distance / view.display_size.y;
+    return i32(clamp(round(log2(max(width, 1e-37) / grid.unit)), -100.0, 100.0));
 }
 
-fn cell_width(level: i32, unit: f32) -> f32 {
-    return unit * exp2(f32(level));
+fn cell_width(level: i32) -> f32 {
+    return grid.unit * exp2(f32(level));
 }
 
 /// The cell of a surface. The grid is shifted so that planes through the origin lie inside of cells.
-fn place_of(position: vec3f, normal: vec3f, level: i32, unit: f32) -> Place {
-    let shifted = position + vec3f(0.371, 0.293, 0.437) * unit;
-    let coordinates = clamp(floor(shifted / cell_width(level, unit)), vec3f(-1e9), vec3f(1e9));
+fn place_of(position: vec3f, normal: vec3f, level: i32) -> Place {
+    let shifted = position + vec3f(0.371, 0.293, 0.437) * grid.unit;
+    let coordinates = clamp(floor(shifted / cell_width(level)), vec3f(-1e9), vec3f(1e9));
     return Place(vec3i(coordinates), (u32(level + LEVEL_BIAS) << 8u) | normal_bin(normal));
 }
 

@@ -31,9 +31,9 @@ fn draw(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     // A record of hits has no position before one was chosen.
-    let surfel = atomicLoad(&cells[slot].surfel);
-    let weight = weight_of(surfel != 0u, records[slot].samples, totals[slot].w);
-    let has_position = surfel != 0u || records[slot].normal != 0u;
+    let pixel = atomicLoad(&cells[slot].pixel);
+    let weight = weight_of(pixel != 0u, records[slot].samples, totals[slot].w);
+    let has_position = pixel != 0u || records[slot].normal != 0u;
     if weight == 0u || !has_position {
         return;
     }

@@ -4,43 +4,19 @@ import package::common::math::{spread2, random3};
 import package::common::streams::CACHE_RESOLVE_STREAM;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
-import package::radiance_cache::cells::{
-    NO_SLOT, Place, cells, find, level_at, cell_width, parent_of, place_of,
-};
+import package::radiance_cache::cells::{NO_SLOT, find, level_at, cell_width, place_of};
 import package::radiance_cache::counters::counters;
+import package::radiance_cache::light::light_of_cell;
 
 struct Params {
     // Width of a surfel in full-resolution pixels.
     scale: f32,
-    // Width of a cell, full-resolution pixels.
-    spacing: f32,
-    // Unit of the grid, scene units.
-    unit: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
-@group(0) @binding(2) var<storage, read> totals: array<vec4f>;
 @group(0) @binding(3) var surfels: texture_2d<u32>;
 @group(0) @binding(4) var gathered: texture_storage_2d<rgba32float, write>;
-
-/// Rays of a record at which it counts as much as the coarser ones around it.
-override TRUSTED: f32;
-
-/// Light of a cell, mixed with that of the coarser ones that contain it; w is 0 without any.
-fn light_of(place: Place) -> vec4f {
-    let middle_place = parent_of(place);
-    let slots = vec3u(find(parent_of(middle_place)), find(middle_place), find(place));
-    var light = vec4f(0.0);
-    for (var i = 0u; i < 3u; i++) {
-        if slots[i] != NO_SLOT {
-            let found = totals[slots[i]];
-            let share = select(found.w / (found.w + TRUSTED), 1.0, light.w == 0.0);
-            light = select(light, vec4f(mix(light.rgb, found.rgb, share), 1.0), found.w > 0.0);
-        }
-    }
-    return light;
-}
 
 @compute @workgroup_size(8, 8)
 fn resolve(@builtin(global_invocation_id) id: vec3u) {
@@ -57,7 +33,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
         let in_view = surfel_position(words, id.xy, params.scale, view.display_size, view.tan_half_fov);
         let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
         let normal = normalize((view.view_to_world * vec4f(surfel_normal(words), 0.0)).xyz);
-        let level = level_at(depth, params.spacing, params.unit, view);
+        let level = level_at(depth, view);
         let helper = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.x) > 0.7);
         let tangent = normalize(cross(helper, normal));
         let bitangent = cross(normal, tangent);
@@ -66,12 +42,12 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
         let more = random3(id.xy, 0u, CACHE_RESOLVE_STREAM + 1u, view.seed).xy - 0.5;
         let offset = tangent * random.x + bitangent * random.y;
         let bent = normalize(normal + 0.4 * (tangent * more.x + bitangent * more.y));
-        let near = place_of(position + offset * cell_width(level, params.unit), bent, level, params.unit);
+        let near = place_of(position + offset * cell_width(level), bent, level);
         if find(near) != NO_SLOT {
-            light = light_of(near);
+            light = light_of_cell(near);
         }
         if light.w == 0.0 {
-            light = light_of(place_of(position, normal, level, params.unit));
+            light = light_of_cell(place_of(position, normal, level));
         }
     }
     textureStore(gathered, id.xy, vec4f(light.rgb, 1.0));

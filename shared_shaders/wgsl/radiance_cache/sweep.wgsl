@@ -38,7 +38,7 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
     if slot >= arrayLength(&cells) {
         return;
     }
-    atomicStore(&cells[slot].surfel, 0u);
+    atomicStore(&cells[slot].pixel, 0u);
     atomicStore(&cells[slot].hit, 0u);
     let age = counters.epoch - atomicLoad(&cells[slot].seen);
     if previous.valid == 0u || age > LIFETIME {

@@ -2,36 +2,30 @@
 // Traces the rays of this frame and finds the light at their ends.
 import package::common::math::{LARGEST_RADIANCE, PI, octahedral_decode, octahedral_encode, pcg3d};
 import package::common::hemisphere::cosine_direction;
-import package::common::surfel::{pack_radiance, surfel_depth, surfel_normal, surfel_position};
-import package::common::view::View;
+import package::common::surfel::pack_radiance;
+import package::common::view::{View, uv_of_texel, view_position};
 @if(environment) import package::common::environment::{latlong, small_map};
 @if(lit) import package::common::scene::Light;
 @if(lit) import package::radiance_cache::relight::reflected;
 import package::truth::surface::{surface_at, ray_from};
 import package::truth::traversal::{FAR, Ray, traverse};
 import package::radiance_cache::cells::{
-    NO_SLOT, cells, records, find_or_insert, fingerprint_of, hash_of, level_at, place_of,
+    NO_SLOT, cells, grid, records, find_or_insert, level_at, place_of,
 };
 import package::radiance_cache::counters::counters;
+import package::radiance_cache::squares::pixel_of_square;
 import package::radiance_cache::links::{LINK_CONSTANT, LINK_SURFACE, Link, rays};
 
 struct Params {
-    // Width of a surfel in full-resolution pixels.
-    scale: f32,
-    // Width of a cell, full-resolution pixels, of the records that hits refer to.
-    spacing: f32,
-    // Unit of the grid, scene units.
-    unit: f32,
     // Half the diagonal of the scene's bounding box.
     scene_radius: f32,
-    // Lowest level of the records that hits refer to.
-    least_level: i32,
 }
 
 // Bindings 2 and 3 of traversal are 2 and 3, of surface 5, of cells 10 and 11, and so on.
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(4) var<uniform> params: Params;
-@group(0) @binding(6) var surfels: texture_2d<u32>;
+@group(0) @binding(6) var depth: texture_2d<f32>;
+@group(0) @binding(17) var normal: texture_2d<f32>;
 @if(lit) @group(0) @binding(7) var<storage, read> lights: array<Light>;
 @if(environment) @group(0) @binding(8) var<storage, read> environment: array<vec4f>;
 
@@ -41,25 +35,28 @@ override HOLES: bool;
 /// Whether further bounces are taken.
 override BOUNCES: bool;
 
+/// Width of the cells of hits, relative to those of surfels at the same distance.
+const COARSER: f32 = 4.0;
+
 struct Origin {
     position: vec3f,
     normal: vec3f,
 }
 
-/// Where the rays of a record start in this frame: at the surfel that was chosen, otherwise at its own position.
+/// Where the rays of a record start in this frame: at the pixel that was chosen, otherwise at its own position.
 fn origin_of(slot: u32) -> Origin {
-    let surfel = atomicLoad(&cells[slot].surfel) & 0xffffffu;
-    if surfel == 0u {
-        let record = &records[slot];
-        return Origin((*record).position, octahedral_decode(unpack2x16snorm((*record).normal)));
+    let square = atomicLoad(&cells[slot].pixel) & 0xffffffu;
+    if square == 0u {
+        return Origin(records[slot].position, octahedral_decode(unpack2x16snorm(records[slot].normal)));
     }
-    let width = textureDimensions(surfels).x;
-    let texel = vec2u((surfel - 1u) % width, (surfel - 1u) / width);
-    let words = textureLoad(surfels, texel, 0);
-    let in_view = surfel_position(words, texel, params.scale, view.display_size, view.tan_half_fov);
+    let size = textureDimensions(depth);
+    let across = (size.x + 3u) / 4u;
+    let pixel = pixel_of_square(vec2u((square - 1u) % across, (square - 1u) / across), size, view);
+    let d = textureLoad(depth, pixel, 0).x;
+    let in_view = view_position(uv_of_texel(pixel, 1.0, view.display_size), d, view.tan_half_fov);
     return Origin(
         (view.view_to_world * vec4f(in_view, 1.0)).xyz,
-        normalize((view.view_to_world * vec4f(surfel_normal(words), 0.0)).xyz),
+        normalize((view.view_to_world * vec4f(textureLoad(normal, pixel, 0).xyz, 0.0)).xyz),
     );
 }
 
@@ -108,8 +105,8 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             link.radiance = pack_radiance(min(radiance, vec3f(LARGEST_RADIANCE)));
             if BOUNCES {
                 let distance = length(surface.position - view.view_to_world[3].xyz);
-                let level = max(level_at(distance, params.spacing, params.unit, view), params.least_level);
-                link.source = find_or_insert(place_of(surface.position, surface.normal, level, params.unit));
+                let level = max(level_at(COARSER * distance, view), grid.level_of_hits);
+                link.source = find_or_insert(place_of(surface.position, surface.normal, level));
                 if link.source != NO_SLOT {
                     atomicMax(&cells[link.source].hit, max(random, 1u));
                     atomicMax(&cells[link.source].seen, counters.epoch);

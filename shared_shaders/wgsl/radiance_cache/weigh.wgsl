@@ -11,7 +11,7 @@ fn weigh(@builtin(global_invocation_id) id: vec3u) {
     if slot >= arrayLength(&cells) || atomicLoad(&cells[slot].fingerprint) == 0u {
         return;
     }
-    let weight = weight_of(atomicLoad(&cells[slot].surfel) != 0u, records[slot].samples, totals[slot].w);
+    let weight = weight_of(atomicLoad(&cells[slot].pixel) != 0u, records[slot].samples, totals[slot].w);
     if weight > 0u {
         atomicAdd(&counters.weights, weight);
     }

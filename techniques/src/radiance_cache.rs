@@ -64,7 +64,7 @@ parameters! {
         start_resolution: StartResolution = StartResolution::Half, unit "",
         grid [StartResolution::Half, StartResolution::Quarter], role Plan;
         /// Passes of the spatial filter that interpolates between records.
-        denoise: u32 = 2, in 0..=4, unit "1", grid [1, 2, 3], role Plan;
+        denoise: u32 = 1, in 0..=4, unit "1", grid [1, 2, 3], role Plan;
         /// Storage of light at full resolution. float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
     }
@@ -129,7 +129,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let links =
         buffer("links", each * u64::from(parameters.links) * LINK_BYTES, "what the newest rays of each record hit");
     // The shares of the records are rounded at random, so their sum varies.
-    let most_rays = parameters.rays + parameters.rays / 4 + 1024;
+    let most_rays = ((1.0 + NEW_RAYS) * 1.1 * parameters.rays as f32) as u32 + 1024;
     let rays = buffer("rays", u64::from(most_rays) * RAY_BYTES, "rays of this frame");
     let counters = buffer("counters", 32, "numbers of the whole cache");
     let over_slots = [slots, 1];
@@ -151,7 +151,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let run = Weigh { cells, records, counters, totals };
     plan.pass(Part::Technique, "weigh", run).because("records with few rays get more").over(over_slots);
 
-    let params = draw::Params { budget: parameters.rays as f32 };
+    let params = draw::Params { budget: parameters.rays as f32, budget_of_new: NEW_RAYS * parameters.rays as f32 };
     let run = Draw { cells, records, counters, rays, totals, params };
     plan.pass(Part::Technique, "draw", run).because(format!("{} rays a frame", parameters.rays)).over(over_slots);
 
@@ -204,7 +204,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     plan.pass(Part::Technique, "total", Total { cells, records, totals })
         .because("light of records with all bounces")
         .over(over_slots);
-    for (name, parity) in [("collect_0", 1), ("collect_1", 0), ("collect_2", 1)] {
+    for (name, parity) in [("collect_0", 1), ("collect_1", 0), ("collect_2", 1), ("collect_3", 0)] {
         let run = Collect { cells, records, totals, params: collect::Params { parity } };
         plan.pass(Part::Technique, name, run)
             .because("coarse records collect the light of finer ones")
@@ -241,4 +241,6 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
 }
 
 /// Least width of records that hits refer to, as a share of what is looked at.
-const HIT_WIDTH: f32 = 1.0 / 64.0;
+const HIT_WIDTH: f32 = 1.0 / 32.0;
+/// Further rays of a frame for new records, relative to the budget.
+const NEW_RAYS: f32 = 3.0;

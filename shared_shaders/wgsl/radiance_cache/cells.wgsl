@@ -66,6 +66,8 @@ struct Grid {
 
 const BUCKET: u32 = 8u;
 const NO_SLOT: u32 = 0xffffffffu;
+/// Coarser levels that collect the light of the records in the picture.
+const COARSER_LEVELS: u32 = 3u;
 const LEVEL_BIAS: i32 = 128;
 /// Frames after which a record that nothing refers to is removed.
 const LIFETIME: u32 = 64u;

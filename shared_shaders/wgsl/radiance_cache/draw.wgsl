@@ -5,11 +5,13 @@ import package::common::view::View;
 import package::radiance_cache::cells::{cells, records};
 import package::radiance_cache::counters::counters;
 import package::radiance_cache::links::rays;
-import package::radiance_cache::weight::weight_of;
+import package::radiance_cache::weight::{FIRST_RAYS, is_new, weight_of};
 
 struct Params {
     // Rays of a frame.
     budget: f32,
+    // Further rays for new records.
+    budget_of_new: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -37,7 +39,11 @@ fn draw(@builtin(global_invocation_id) id: vec3u) {
     if weight == 0u || !has_position {
         return;
     }
-    let share = min(params.budget * f32(weight) / f32(max(atomicLoad(&counters.weights), 1u)), MOST);
+    var share = min(params.budget * f32(weight) / f32(max(atomicLoad(&counters.weights), 1u)), MOST);
+    if is_new(pixel != 0u, records[slot].samples) {
+        let each = params.budget_of_new / f32(max(atomicLoad(&counters.new_records), 1u));
+        share = max(share, min(each, FIRST_RAYS));
+    }
     // The random number belongs to the cell, so that it does not depend on the order in which slots were taken.
     let place = records[slot].coordinates;
     let words = random_words(vec2u(fingerprint, u32(place.x)), view.frame, CACHE_SHARE_STREAM, view.seed);

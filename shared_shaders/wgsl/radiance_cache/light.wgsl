@@ -1,15 +1,16 @@
 // Light of the records at a surface.
-import package::radiance_cache::cells::{NO_SLOT, Place, find, grid, parent_of};
+import package::radiance_cache::cells::{COARSER_LEVELS, NO_SLOT, Place, find, grid, parent_of};
 
 // Mean incident light of each record and, in w, the number of its rays: with all bounces, and with the records inside.
 @group(0) @binding(15) var<storage, read> totals: array<vec4f>;
 
 /// Light of a cell, mixed with that of the coarser ones that contain it; w is 0 without any.
 fn light_of_cell(place: Place) -> vec4f {
-    let middle_place = parent_of(place);
-    let slots = vec3u(find(parent_of(middle_place)), find(middle_place), find(place));
+    let place_1 = parent_of(place);
+    let place_2 = parent_of(place_1);
+    let slots = vec4u(find(parent_of(place_2)), find(place_2), find(place_1), find(place));
     var light = vec4f(0.0);
-    for (var i = 0u; i < 3u; i++) {
+    for (var i = 0u; i <= COARSER_LEVELS; i++) {
         if slots[i] != NO_SLOT {
             let found = totals[slots[i]];
             let share = select(found.w / (found.w + grid.trusted), 1.0, light.w == 0.0);

@@ -2,7 +2,7 @@
 import package::common::math::random_words;
 import package::common::streams::CACHE_SEEK_STREAM;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
-import package::radiance_cache::cells::{NO_SLOT, cells, find_or_insert, level_at, parent_of, place_of};
+import package::radiance_cache::cells::{COARSER_LEVELS, NO_SLOT, cells, find_or_insert, level_at, parent_of, place_of};
 import package::radiance_cache::counters::counters;
 import package::radiance_cache::squares::pixel_of_square;
 
@@ -31,12 +31,12 @@ fn seek(@builtin(global_invocation_id) id: vec3u) {
         let number = id.y * ((size.x + 3u) / 4u) + id.x + 1u;
         atomicMax(&cells[slot].pixel, (random_words(id.xy, view.frame, CACHE_SEEK_STREAM, view.seed).z & 0xff000000u) | (number & 0xffffffu));
     }
-    // The two coarser levels collect the light of the finer ones.
-    for (var i = 0u; i < 3u; i++) {
+    // Coarser levels collect the light of the finer ones.
+    for (var i = 0u; i <= COARSER_LEVELS; i++) {
         if slot != NO_SLOT && atomicExchange(&cells[slot].seen, counters.epoch) == counters.epoch {
             return;
         }
-        if i < 2u {
+        if i < COARSER_LEVELS {
             place = parent_of(place);
             slot = find_or_insert(place);
         }

@@ -17,6 +17,7 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
     let slot = id.x;
     if slot == 0u {
         atomicStore(&counters.weights, 0u);
+        atomicStore(&counters.new_records, 0u);
         atomicStore(&counters.rays, 0u);
         var hash = vec3u(1u);
         @if(lit) {

@@ -14,3 +14,11 @@ fn weight_of(visible: bool, own: f32, all: f32) -> u32 {
     }
     return select(select(0u, 1u, all < ENOUGH_FOR_HITS), 2u, all < 16.0);
 }
+
+/// Rays that a new record gets at once, if the budget of new records allows it.
+const FIRST_RAYS: f32 = 4.0;
+
+/// Whether a record in the picture has hardly any rays yet.
+fn is_new(visible: bool, own: f32) -> bool {
+    return visible && own < FIRST_RAYS;
+}

@@ -83,24 +83,26 @@ pub const TECHNIQUE: Technique = Technique {
 
 /// Bytes of a record's cell, of the record and of its total: twins of `Cell`, `Record` and `totals` in
 /// radiance_cache/cells.wgsl.
-const CELL_BYTES: u64 = 16;
+const CELL_BYTES: u64 = 20;
 const RECORD_BYTES: u64 = 80;
 const TOTAL_BYTES: u64 = 16;
 /// Bytes of a link and of a ray with its link: twins of radiance_cache/links.wgsl.
 const LINK_BYTES: u64 = 32;
 const RAY_BYTES: u64 = 48;
-/// Slots for each record that the display needs, if surfaces faced the camera: for slanted surfaces, coarser records, and
-/// those that only hits refer to.
-const SLOTS_PER_RECORD: f32 = 16.0;
+/// Slots for each record that the display would need if surfaces faced the camera: surfaces are slanted, and records have
+/// coarser ones.
+const SLOTS_PER_RECORD: f32 = 3.5;
+/// Slots for records that only hits refer to.
+const SLOTS_OF_HITS: u32 = 12 << 10;
 /// Width of the squares of pixels of which one is looked at in a frame: radiance_cache/squares.wgsl.
 const SQUARE: u32 = 4;
 /// Unit of the grid, as a share of the scene's diagonal. Only its ratio to a power of two matters.
 const UNIT: f32 = 1.0 / 4096.0;
 
-/// Number of slots of the table: a power of two.
+/// Number of slots of the table.
 fn slots([width, height]: [u32; 2], spacing: f32) -> u32 {
     let records = width as f32 * height as f32 / (spacing * spacing);
-    ((SLOTS_PER_RECORD * records) as u32).next_power_of_two().clamp(1 << 12, 1 << 20)
+    (SLOTS_OF_HITS + (SLOTS_PER_RECORD * records) as u32).next_multiple_of(64).min(1 << 20)
 }
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
@@ -205,7 +207,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         .because("light of records with all bounces")
         .over(over_slots);
     for (name, parity) in [("collect_0", 1), ("collect_1", 0), ("collect_2", 1), ("collect_3", 0)] {
-        let run = Collect { cells, records, totals, params: collect::Params { parity } };
+        let run = Collect { cells, records, counters, totals, params: collect::Params { parity } };
         plan.pass(Part::Technique, name, run)
             .because("coarse records collect the light of finer ones")
             .over(over_slots);

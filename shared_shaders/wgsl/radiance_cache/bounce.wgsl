@@ -1,7 +1,7 @@
 // Further bounces: the mean over the links of a record of what their targets reflect. Each frame adds a bounce.
 import package::common::math::LARGEST_RADIANCE;
 import package::radiance_cache::cells::{NO_SLOT, LIFETIME, cells, records};
-import package::radiance_cache::counters::counters;
+import package::radiance_cache::counters::{counters, stamp};
 import package::radiance_cache::links::links;
 
 @group(0) @binding(2) var<storage, read> totals: array<vec4f>;
@@ -13,6 +13,9 @@ override LINKS: u32;
 /// than LIFETIME.
 const AGE_OF_LINKS: u32 = 8u;
 
+/// Frames in which every record has its turn.
+const TURNS: u32 = 4u;
+
 @compute @workgroup_size(64)
 fn bounce(@builtin(global_invocation_id) id: vec3u) {
     let slot = id.x;
@@ -21,7 +24,7 @@ fn bounce(@builtin(global_invocation_id) id: vec3u) {
     }
     // The targets of an old record may be gone.
     let seen = atomicLoad(&cells[slot].seen);
-    if counters.epoch - seen + AGE_OF_LINKS >= LIFETIME {
+    if stamp() - seen + AGE_OF_LINKS >= LIFETIME {
         return;
     }
     let count = min(records[slot].links, LINKS);

@@ -17,6 +17,8 @@ struct Cell {
     hit: atomic<u32>,
     // Stamp of the last frame in which a pixel or a link referred to the cell.
     seen: atomic<u32>,
+    // Stamp of the last frame in which a finer cell inside was seen.
+    parent: atomic<u32>,
 }
 
 /// Position of a cell: the grid's coordinates, and level and bin of normals.
@@ -89,6 +91,14 @@ fn normal_bin(normal: vec3f) -> u32 {
     }
     let part = vec2u(clamp(across / max(abs(along), 1e-6) * 1.5 + 1.5, vec2f(0.0), vec2f(2.0)));
     return (axis * 2u + select(0u, 1u, along < 0.0)) * 9u + part.x * 3u + part.y;
+}
+
+/// The axis nearest to a normal. Records that only hits refer to stand for all normals near an axis.
+fn nearest_axis(normal: vec3f) -> vec3f {
+    let a = abs(normal);
+    let is_x = a.x >= a.y && a.x >= a.z;
+    let is_y = !is_x && a.y >= a.z;
+    return select(vec3f(-1.0), vec3f(1.0), normal >= vec3f(0.0)) * vec3f(f32(is_x), f32(is_y), f32(!is_x && !is_y));
 }
 
 /// Level of the cells that are about `grid.spacing` pixels wide at this distance.

@@ -1,4 +1,5 @@
 // Coarse records collect the light of their children: the mean over all rays. One run serves the even or the odd levels.
+import package::radiance_cache::counters::stamp;
 import package::radiance_cache::cells::{NO_SLOT, Place, cells, records, find, level_of};
 
 struct Params {
@@ -12,7 +13,7 @@ struct Params {
 @compute @workgroup_size(64)
 fn collect(@builtin(global_invocation_id) id: vec3u) {
     let slot = id.x;
-    if slot >= arrayLength(&cells) || atomicLoad(&cells[slot].fingerprint) == 0u {
+    if slot >= arrayLength(&cells) || atomicLoad(&cells[slot].parent) != stamp() {
         return;
     }
     let place = Place(records[slot].coordinates, records[slot].level_and_bin);

@@ -10,10 +10,15 @@ struct Counters {
     // Hash of the lights, and whether it has changed since the last frame.
     lights: u32,
     relight: u32,
-    // Number of this frame since the cache exists. It stamps what is seen.
+    // Frames since the cache exists: see `stamp`.
     epoch: u32,
     unused_0: u32,
     unused_1: u32,
 }
 
 @group(0) @binding(12) var<storage, read_write> counters: Counters;
+
+/// The number with which this frame marks what it refers to. Empty slots have 0.
+fn stamp() -> u32 {
+    return counters.epoch + 1u;
+}

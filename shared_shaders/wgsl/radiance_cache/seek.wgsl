@@ -3,7 +3,7 @@ import package::common::math::random_words;
 import package::common::streams::CACHE_SEEK_STREAM;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::radiance_cache::cells::{COARSER_LEVELS, NO_SLOT, cells, find_or_insert, level_at, parent_of, place_of};
-import package::radiance_cache::counters::counters;
+import package::radiance_cache::counters::stamp;
 import package::radiance_cache::squares::pixel_of_square;
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -33,12 +33,15 @@ fn seek(@builtin(global_invocation_id) id: vec3u) {
     }
     // Coarser levels collect the light of the finer ones.
     for (var i = 0u; i <= COARSER_LEVELS; i++) {
-        if slot != NO_SLOT && atomicExchange(&cells[slot].seen, counters.epoch) == counters.epoch {
+        if slot != NO_SLOT && atomicExchange(&cells[slot].seen, stamp()) == stamp() {
             return;
         }
         if i < COARSER_LEVELS {
             place = parent_of(place);
             slot = find_or_insert(place);
+            if slot != NO_SLOT {
+                atomicStore(&cells[slot].parent, stamp());
+            }
         }
     }
 }

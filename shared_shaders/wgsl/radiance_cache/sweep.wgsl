@@ -4,7 +4,7 @@
 import package::common::math::pcg3d;
 import package::temporal::previous_view::PreviousView;
 import package::radiance_cache::cells::{cells, LIFETIME};
-import package::radiance_cache::counters::counters;
+import package::radiance_cache::counters::{counters, stamp};
 
 @group(0) @binding(1) var<uniform> previous: PreviousView;
 @group(0) @binding(4) var<storage, read_write> totals: array<vec4f>;
@@ -41,7 +41,7 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
     }
     atomicStore(&cells[slot].pixel, 0u);
     atomicStore(&cells[slot].hit, 0u);
-    let age = counters.epoch - atomicLoad(&cells[slot].seen);
+    let age = stamp() - atomicLoad(&cells[slot].seen);
     if previous.valid == 0u || age > LIFETIME {
         atomicStore(&cells[slot].fingerprint, 0u);
         totals[slot] = vec4f(0.0);

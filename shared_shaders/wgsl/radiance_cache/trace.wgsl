@@ -10,9 +10,9 @@ import package::common::view::{View, uv_of_texel, view_position};
 import package::truth::surface::{surface_at, ray_from};
 import package::truth::traversal::{FAR, Ray, traverse};
 import package::radiance_cache::cells::{
-    NO_SLOT, cells, grid, records, find_or_insert, level_at, place_of,
+    NO_SLOT, cells, grid, records, find_or_insert, level_at, nearest_axis, place_of,
 };
-import package::radiance_cache::counters::counters;
+import package::radiance_cache::counters::{counters, stamp};
 import package::radiance_cache::squares::pixel_of_square;
 import package::radiance_cache::links::{LINK_CONSTANT, LINK_SURFACE, Link, rays};
 
@@ -106,10 +106,10 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             if BOUNCES {
                 let distance = length(surface.position - view.view_to_world[3].xyz);
                 let level = max(level_at(COARSER * distance, view), grid.level_of_hits);
-                link.source = find_or_insert(place_of(surface.position, surface.normal, level));
+                link.source = find_or_insert(place_of(surface.position, nearest_axis(surface.normal), level));
                 if link.source != NO_SLOT {
                     atomicMax(&cells[link.source].hit, max(random, 1u));
-                    atomicMax(&cells[link.source].seen, counters.epoch);
+                    atomicMax(&cells[link.source].seen, stamp());
                 }
             }
         }

@@ -87,13 +87,13 @@ const CELL_BYTES: u64 = 20;
 const RECORD_BYTES: u64 = 80;
 const TOTAL_BYTES: u64 = 16;
 /// Bytes of a link and of a ray with its link: twins of radiance_cache/links.wgsl.
-const LINK_BYTES: u64 = 32;
+const LINK_BYTES: u64 = 16;
 const RAY_BYTES: u64 = 48;
 /// Slots for each record that the display would need if surfaces faced the camera: surfaces are slanted, and records have
 /// coarser ones.
-const SLOTS_PER_RECORD: f32 = 3.5;
+const SLOTS_PER_RECORD: f32 = 4.0;
 /// Slots for records that only hits refer to.
-const SLOTS_OF_HITS: u32 = 12 << 10;
+const SLOTS_OF_HITS: u32 = 14 << 10;
 /// Width of the squares of pixels of which one is looked at in a frame: radiance_cache/squares.wgsl.
 const SQUARE: u32 = 4;
 /// Unit of the grid, as a share of the scene's diagonal. Only its ratio to a power of two matters.
@@ -121,8 +121,11 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let unit = diagonal * UNIT;
     let focus = Vec3::from(scene.bounds[0]).distance(scene.bounds[1].into());
     let level_of_hits = (HIT_WIDTH * focus / unit).max(f32::MIN_POSITIVE).log2().round() as i32;
-    let words = [unit.to_bits(), parameters.spacing.to_bits(), parameters.trusted.to_bits(), level_of_hits as u32];
-    let grid = plan.data("grid", words.into_iter().flat_map(u32::to_le_bytes).collect(), "sizes of cells");
+    let size = (high - low).max_element().max(f32::MIN_POSITIVE * 1e10);
+    let words = [unit, parameters.spacing, parameters.trusted].map(f32::to_bits);
+    let box_words = [low.x, low.y, low.z, size].map(f32::to_bits);
+    let words = words.into_iter().chain([level_of_hits as u32]).chain(box_words);
+    let grid = plan.data("grid", words.flat_map(u32::to_le_bytes).collect(), "sizes of cells");
     let mut buffer = |name: &str, bytes: u64, reason: &str| plan.buffer(name, bytes, reason);
     let each = u64::from(slots);
     let cells = buffer("cells", each * CELL_BYTES, "table of records by their cells");
@@ -157,6 +160,9 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let run = Draw { cells, records, counters, rays, totals, params };
     plan.pass(Part::Technique, "draw", run).because(format!("{} rays a frame", parameters.rays)).over(over_slots);
 
+    if scene.animated() {
+        plan.notes.push("radiance-cache: rays see moving objects where they are in the first frame".into());
+    }
     let bvh = plan_bvh(plan);
     let environment = scene.needs.environment.then(|| plan.scene_buffer("scene.environment", "environment light"));
     let materials = plan.scene_buffer("scene.materials", "the scene's materials");
@@ -185,7 +191,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     };
     plan.pass(Part::Technique, "trace", run).because("light at the ends of rays").over([most_rays, 1]);
 
-    let run = Settle { cells, records, counters, rays };
+    let run = Settle { grid, cells, records, counters, rays };
     plan.pass(Part::Technique, "settle", run).because("positions of records that hits refer to").over([most_rays, 1]);
 
     let run = Integrate {
@@ -193,7 +199,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         records,
         rays,
         links,
-        lit: lamps.map(|(lights, ShadowMaps { maps, layers })| integrate::Lit { lights, counters, maps, layers }),
+        lit: lamps.map(|(lights, ShadowMaps { maps, layers })| integrate::Lit { lights, grid, counters, maps, layers }),
         constants: integrate::Constants { links: parameters.links, lights },
     };
     plan.pass(Part::Technique, "integrate", run).because("adds rays to records; lights links again").over(over_slots);

@@ -165,7 +165,7 @@ impl SceneBuffers {
     }
 
     /// The BVH of `scene`, whose buffers these are, created at the first call. Plans that trace rays need it before they
-    /// are compiled: see [`Self::prepare`].
+    /// are compiled: see [`Self::prepare`]. Animated objects are where they are in the first frame.
     ///
     /// # Errors
     /// If it is too deep or too large for the device.
@@ -173,7 +173,8 @@ impl SceneBuffers {
         if let Some(bvh) = self.bvh.get() {
             return Ok(bvh);
         }
-        let bvh = SceneBvh::new(gpu, scene)?;
+        let bvh =
+            if self.objects.is_some() { SceneBvh::new(gpu, &scene.posed(0))? } else { SceneBvh::new(gpu, scene)? };
         Ok(self.bvh.get_or_init(|| bvh))
     }
 

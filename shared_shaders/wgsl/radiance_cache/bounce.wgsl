@@ -2,7 +2,7 @@
 import package::common::math::LARGEST_RADIANCE;
 import package::radiance_cache::cells::{NO_SLOT, LIFETIME, cells, records};
 import package::radiance_cache::counters::{counters, stamp};
-import package::radiance_cache::links::links;
+import package::radiance_cache::links::{albedo_of, links};
 
 @group(0) @binding(2) var<storage, read> totals: array<vec4f>;
 
@@ -30,9 +30,10 @@ fn bounce(@builtin(global_invocation_id) id: vec3u) {
     let count = min(records[slot].links, LINKS);
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
-        let source = links[slot * LINKS + i].source;
+        let link = links[slot * LINKS + i];
+        let source = link.source;
         if source != NO_SLOT {
-            sum += unpack4x8unorm(links[slot * LINKS + i].albedo).rgb * totals[source].rgb;
+            sum += albedo_of(link.surface) * totals[source].rgb;
             if seen >= AGE_OF_LINKS {
                 atomicMax(&cells[source].seen, seen - AGE_OF_LINKS);
             }

@@ -60,6 +60,9 @@ struct Grid {
     trusted: f32,
     // Lowest level of the records that only hits refer to.
     level_of_hits: i32,
+    // Lower corner of the scene, and the longest side of its box.
+    low: vec3f,
+    size: f32,
 }
 
 @group(0) @binding(9) var<uniform> grid: Grid;

@@ -1,12 +1,13 @@
 // variants: lit
 // Adds the rays of this frame to the records, and lights their links anew where lights have changed.
-import package::common::math::{PI, octahedral_decode};
+import package::common::math::PI;
 @if(lit) import package::common::scene::Light;
 @if(lit) import package::radiance_cache::relight::reflected;
-import package::common::surfel::{pack_radiance, unpack_radiance};
-import package::radiance_cache::cells::{NO_SLOT, cells, records};
+@if(lit) import package::common::surfel::unpack_radiance;
+import package::radiance_cache::cells::{cells, records};
 import package::radiance_cache::counters::counters;
-import package::radiance_cache::links::{LINK_CONSTANT, links, rays};
+@if(lit) import package::radiance_cache::links::{CONSTANT, albedo_of, normal_of, unpack_position};
+import package::radiance_cache::links::{links, rays};
 
 @if(lit) @group(0) @binding(7) var<storage, read> lights: array<Light>;
 
@@ -21,16 +22,18 @@ const MOST_SAMPLES: f32 = 1024.0;
 fn relit(slot: u32, count: u32) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
-        let at = slot * LINKS + i;
-        if links[at].albedo < LINK_CONSTANT {
-            let normal = octahedral_decode(unpack2x16snorm(links[at].normal));
-            var irradiance = vec3f(0.0);
-            for (var light = 0u; light < LIGHTS; light++) {
-                irradiance += reflected(lights[light], links[at].position, normal, normal);
-            }
-            links[at].radiance = pack_radiance(unpack4x8unorm(links[at].albedo).rgb / PI * irradiance);
+        let link = links[slot * LINKS + i];
+        if link.surface >= CONSTANT {
+            sum += unpack_radiance(link.words.x, link.words.y);
+            continue;
         }
-        sum += unpack_radiance(links[at].radiance.x, links[at].radiance.y);
+        let position = unpack_position(link.words);
+        let normal = normal_of(link.surface);
+        var irradiance = vec3f(0.0);
+        for (var light = 0u; light < LIGHTS; light++) {
+            irradiance += reflected(lights[light], position, normal, normal);
+        }
+        sum += albedo_of(link.surface) / PI * irradiance;
     }
     return sum / f32(max(count, 1u));
 }
@@ -54,9 +57,8 @@ fn integrate(@builtin(global_invocation_id) id: vec3u) {
     let count = records[slot].ray_count;
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
-        let link = rays[first + i].link;
-        sum += unpack_radiance(link.radiance.x, link.radiance.y);
-        links[slot * LINKS + (records[slot].links + i) % LINKS] = link;
+        sum += rays[first + i].radiance;
+        links[slot * LINKS + (records[slot].links + i) % LINKS] = rays[first + i].link;
     }
     if count > 0u {
         direct = (direct * samples + sum) / (samples + f32(count));

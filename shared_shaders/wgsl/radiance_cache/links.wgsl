@@ -1,19 +1,19 @@
 // Links: what the rays of a record have hit. A record keeps the newest LINKS ones.
+import package::common::math::{octahedral_decode, octahedral_encode};
+import package::radiance_cache::cells::grid;
 
+/// What a ray has hit, in 128 bits.
 struct Link {
-    // The hit, world space; the direction of a link to the sky.
-    position: vec3f,
-    // Its normal, octahedral.
-    normal: u32,
-    // Its albedo, three times 8 bits, and the kind of light: LINK_ constants.
-    albedo: u32,
+    // Of a surface that reflects lights: its position in the box of the scene, 3 x 21 bits. Otherwise the radiance of the
+    // sky or of an emitter, which does not depend on lights, as common/surfel.wgsl packs it.
+    words: vec2u,
+    // Normal, octahedral, 2 x 8 bits | square root of the albedo, 3 x 5 bits | CONSTANT.
+    surface: u32,
     // Slot of the record whose light the hit reflects; NO_SLOT if there is none.
     source: u32,
-    // Radiance that leaves the hit after direct light.
-    radiance: vec2u,
 }
 
-/// A ray of this frame, and then its link.
+/// A ray of this frame and what it found.
 struct TracedRay {
     // Slot of the record.
     slot: u32,
@@ -22,13 +22,42 @@ struct TracedRay {
     // Random word, by which one of the hits inside a cell is chosen.
     random: u32,
     unused: u32,
+    // Radiance that leaves the hit after direct light.
+    radiance: vec3f,
+    unused_1: u32,
     link: Link,
 }
 
 @group(0) @binding(13) var<storage, read_write> links: array<Link>;
 @group(0) @binding(14) var<storage, read_write> rays: array<TracedRay>;
 
-/// Reflects lights.
-const LINK_SURFACE: u32 = 0u;
-/// Its radiance does not depend on lights: sky, emitters, receive-only surfaces.
-const LINK_CONSTANT: u32 = 0x01000000u;
+/// Bit of `surface` for radiance that does not depend on lights.
+const CONSTANT: u32 = 0x80000000u;
+
+/// Largest number of 21 bits.
+const LARGEST_21: f32 = 2097151.0;
+
+fn pack_position(position: vec3f) -> vec2u {
+    let part = vec3u(clamp((position - grid.low) / grid.size, vec3f(0.0), vec3f(1.0)) * LARGEST_21 + 0.5);
+    return vec2u(part.x | (part.y << 21u), (part.y >> 11u) | (part.z << 10u));
+}
+
+fn unpack_position(words: vec2u) -> vec3f {
+    let part = vec3u(words.x & 0x1fffffu, (words.x >> 21u) | ((words.y & 0x3ffu) << 11u), words.y >> 10u);
+    return grid.low + vec3f(part) * (grid.size / LARGEST_21);
+}
+
+fn pack_surface(normal: vec3f, albedo: vec3f) -> u32 {
+    let n = vec2u((octahedral_encode(normal) * 0.5 + 0.5) * 255.0 + 0.5);
+    let root = vec3u(sqrt(saturate(albedo)) * 31.0 + 0.5);
+    return n.x | (n.y << 8u) | (root.x << 16u) | (root.y << 21u) | (root.z << 26u);
+}
+
+fn normal_of(surface: u32) -> vec3f {
+    return octahedral_decode(vec2f(vec2u(surface, surface >> 8u) & vec2u(255u)) * (2.0 / 255.0) - 1.0);
+}
+
+fn albedo_of(surface: u32) -> vec3f {
+    let root = vec3f(vec3u(surface >> 16u, surface >> 21u, surface >> 26u) & vec3u(31u)) / 31.0;
+    return root * root;
+}

@@ -1,7 +1,8 @@
 // Gives a position to the records that hits refer to: that of one of this frame's hits.
+import package::common::math::octahedral_encode;
 import package::radiance_cache::cells::{NO_SLOT, cells, records};
 import package::radiance_cache::counters::counters;
-import package::radiance_cache::links::rays;
+import package::radiance_cache::links::{normal_of, rays, unpack_position};
 
 @compute @workgroup_size(64)
 fn settle(@builtin(global_invocation_id) id: vec3u) {
@@ -13,6 +14,6 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
     if source == NO_SLOT || atomicLoad(&cells[source].hit) != rays[number].random {
         return;
     }
-    records[source].position = rays[number].link.position;
-    records[source].normal = rays[number].link.normal;
+    records[source].position = unpack_position(rays[number].link.words);
+    records[source].normal = pack2x16snorm(octahedral_encode(normal_of(rays[number].link.surface)));
 }

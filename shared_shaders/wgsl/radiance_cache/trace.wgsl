@@ -1,6 +1,6 @@
 // variants: lit, environment
 // Traces the rays of this frame and finds the light at their ends.
-import package::common::math::{LARGEST_RADIANCE, PI, octahedral_decode, octahedral_encode, pcg3d};
+import package::common::math::{LARGEST_RADIANCE, PI, octahedral_decode, pcg3d};
 import package::common::hemisphere::cosine_direction;
 import package::common::surfel::pack_radiance;
 import package::common::view::{View, uv_of_texel, view_position};
@@ -14,7 +14,7 @@ import package::radiance_cache::cells::{
 };
 import package::radiance_cache::counters::{counters, stamp};
 import package::radiance_cache::squares::pixel_of_square;
-import package::radiance_cache::links::{LINK_CONSTANT, LINK_SURFACE, Link, rays};
+import package::radiance_cache::links::{CONSTANT, Link, pack_position, pack_surface, rays};
 
 struct Params {
     // Half the diagonal of the scene's bounding box.
@@ -80,21 +80,19 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     let direction = cosine_direction(origin.normal, sample_at(key.xy, index));
     let ray = ray_from(origin.position, origin.normal, direction, params.scene_radius);
     let hit = traverse(ray, FAR, false, HOLES);
-    var link = Link(direction, 0u, LINK_CONSTANT, NO_SLOT, vec2u(0u));
+    var link = Link(vec2u(0u), CONSTANT, NO_SLOT);
+    var radiance = vec3f(0.0);
     if hit.distance == FAR {
         @if(environment) {
             let first = small_map(environment[0]);
-            link.radiance = pack_radiance(environment[first + latlong(direction, environment[0].zw)].rgb);
+            radiance = environment[first + latlong(direction, environment[0].zw)].rgb;
+            link.words = pack_radiance(radiance);
         }
     } else {
         let surface = surface_at(hit, ray);
         if surface.sends {
-            link.position = surface.position;
-            link.normal = pack2x16snorm(octahedral_encode(surface.geometric_normal));
-            let is_constant = any(surface.emission > vec3f(0.0));
-            link.albedo = (pack4x8unorm(vec4f(surface.albedo, 0.0)) & 0xffffffu)
-                | select(LINK_SURFACE, LINK_CONSTANT, is_constant);
-            var radiance = surface.emission;
+            radiance = surface.emission;
+            link.surface = pack_surface(surface.geometric_normal, surface.albedo);
             @if(lit) {
                 var sum = vec3f(0.0);
                 for (var i = 0u; i < LIGHTS; i++) {
@@ -102,18 +100,26 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                 }
                 radiance += surface.albedo / PI * sum;
             }
-            link.radiance = pack_radiance(min(radiance, vec3f(LARGEST_RADIANCE)));
+            radiance = min(radiance, vec3f(LARGEST_RADIANCE));
+            link.words = pack_position(surface.position);
+            if any(surface.emission > vec3f(0.0)) {
+                link.surface |= CONSTANT;
+                link.words = pack_radiance(radiance);
+            }
             if BOUNCES {
                 let distance = length(surface.position - view.view_to_world[3].xyz);
                 let level = max(level_at(COARSER * distance, view), grid.level_of_hits);
                 link.source = find_or_insert(place_of(surface.position, nearest_axis(surface.normal), level));
                 if link.source != NO_SLOT {
-                    atomicMax(&cells[link.source].hit, max(random, 1u));
+                    if link.surface < CONSTANT {
+                        atomicMax(&cells[link.source].hit, max(random, 1u));
+                    }
                     atomicMax(&cells[link.source].seen, stamp());
                 }
             }
         }
     }
     rays[number].random = max(random, 1u);
+    rays[number].radiance = radiance;
     rays[number].link = link;
 }

@@ -104,7 +104,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             sorted[sorted.len() / 2]
         });
         let taken = frames.read_buffer("cells")?.map_or(String::new(), |bytes| {
-            let cells = bytes.chunks_exact(20);
+            let cells = bytes.chunks_exact(24);
             let count = cells.len();
             let taken = cells.filter(|cell| cell[..4] != [0; 4]).count();
             format!("{taken} of {count}")

@@ -83,7 +83,7 @@ pub const TECHNIQUE: Technique = Technique {
 
 /// Bytes of a record's cell, of the record and of its total: twins of `Cell`, `Record` and `totals` in
 /// radiance_cache/cells.wgsl.
-const CELL_BYTES: u64 = 20;
+const CELL_BYTES: u64 = 24;
 const RECORD_BYTES: u64 = 80;
 const TOTAL_BYTES: u64 = 16;
 /// Bytes of a link and of a ray with its link: twins of radiance_cache/links.wgsl.

@@ -34,6 +34,8 @@ const fn shot(
 }
 
 const SHOTS: &[Shot] = &[
+    shot("atrium", 0.8, "radiance-cache", &[], 16),
+    shot("cornell", 6.0, "radiance-cache", &[("start_resolution", "full")], 16),
     shot("atrium", 0.8, "hierarchical", &[], 0),
     shot("bars", 1.5, "hierarchical", &[("visibility", "auto"), ("bounces", "2")], 0),
     shot("motion", 3.0, "hierarchical", &[("glossy", "on"), ("temporal_a", "0.9")], 12),

@@ -8,7 +8,7 @@ import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(packed && !ambient_visibility) import package::common::surfel::surfel_radiance;
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 @if(records) import package::radiance_cache::cells::{level_at, place_of};
-@if(records) import package::radiance_cache::light::light_of_cell;
+@if(records) import package::radiance_cache::light::{light_of_cell, light_of_hits};
 import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN_WEIGHT};
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -101,7 +101,10 @@ fn write_pixel(texel: vec2i, tolerance: f32, nearest: Parent, across: Parent, do
             let position = (view.view_to_world * vec4f(view_position(uv, d, view.tan_half_fov), 1.0)).xyz;
             let world_normal = normalize((view.view_to_world * vec4f(n, 0.0)).xyz);
             let level = level_at(d, view);
-            let own = light_of_cell(place_of(position, world_normal, level));
+            var own = light_of_cell(place_of(position, world_normal, level));
+            if own.w == 0.0 {
+                own = light_of_hits(position, world_normal, d, view);
+            }
             result = select(result, own.rgb, own.w > 0.0);
         }
     }

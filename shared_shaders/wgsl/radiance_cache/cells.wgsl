@@ -19,6 +19,9 @@ struct Cell {
     seen: atomic<u32>,
     // Stamp of the last frame in which a finer cell inside was seen.
     parent: atomic<u32>,
+    // Stamp of the last frame in which a pixel was inside, times the number of levels, plus the number of coarser levels
+    // that were then looked for.
+    mark: atomic<u32>,
 }
 
 /// Position of a cell: the grid's coordinates, and level and bin of normals.
@@ -108,6 +111,14 @@ fn nearest_axis(normal: vec3f) -> vec3f {
 fn level_at(distance: f32, view: View) -> i32 {
     let width = grid.spacing * 2.0 * view.tan_half_fov.y * distance / view.display_size.y;
     return i32(clamp(round(log2(max(width, 1e-37) / grid.unit)), -100.0, 100.0));
+}
+
+/// Width of the cells of hits, relative to those of pixels at the same distance.
+const COARSER: f32 = 4.0;
+
+/// Level of the records that only hits refer to.
+fn level_of_hits_at(distance: f32, view: View) -> i32 {
+    return max(level_at(COARSER * distance, view), grid.level_of_hits);
 }
 
 fn cell_width(level: i32) -> f32 {

@@ -33,8 +33,13 @@ fn seek(@builtin(global_invocation_id) id: vec3u) {
     }
     // Coarser levels collect the light of the finer ones.
     for (var i = 0u; i <= COARSER_LEVELS; i++) {
-        if slot != NO_SLOT && atomicExchange(&cells[slot].seen, stamp()) == stamp() {
-            return;
+        if slot != NO_SLOT {
+            // Another pixel may have come here before, from the same level or from a coarser one.
+            let mark = stamp() * (COARSER_LEVELS + 1u) + COARSER_LEVELS - i;
+            if atomicMax(&cells[slot].mark, mark) >= mark {
+                return;
+            }
+            atomicMax(&cells[slot].seen, stamp());
         }
         if i < COARSER_LEVELS {
             place = parent_of(place);

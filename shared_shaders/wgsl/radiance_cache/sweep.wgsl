@@ -44,6 +44,9 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
     let age = stamp() - atomicLoad(&cells[slot].seen);
     if previous.valid == 0u || age > LIFETIME {
         atomicStore(&cells[slot].fingerprint, 0u);
+        atomicStore(&cells[slot].seen, 0u);
+        atomicStore(&cells[slot].parent, 0u);
+        atomicStore(&cells[slot].mark, 0u);
         totals[slot] = vec4f(0.0);
     }
 }

@@ -10,7 +10,7 @@ import package::common::view::{View, uv_of_texel, view_position};
 import package::truth::surface::{surface_at, ray_from};
 import package::truth::traversal::{FAR, Ray, traverse};
 import package::radiance_cache::cells::{
-    NO_SLOT, cells, grid, records, find_or_insert, level_at, nearest_axis, place_of,
+    NO_SLOT, cells, records, find_or_insert, level_of_hits_at, nearest_axis, place_of,
 };
 import package::radiance_cache::counters::{counters, stamp};
 import package::radiance_cache::squares::pixel_of_square;
@@ -34,9 +34,6 @@ override LIGHTS: u32;
 override HOLES: bool;
 /// Whether further bounces are taken.
 override BOUNCES: bool;
-
-/// Width of the cells of hits, relative to those of surfels at the same distance.
-const COARSER: f32 = 4.0;
 
 struct Origin {
     position: vec3f,
@@ -108,7 +105,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             }
             if BOUNCES {
                 let distance = length(surface.position - view.view_to_world[3].xyz);
-                let level = max(level_at(COARSER * distance, view), grid.level_of_hits);
+                let level = level_of_hits_at(distance, view);
                 link.source = find_or_insert(place_of(surface.position, nearest_axis(surface.normal), level));
                 if link.source != NO_SLOT {
                     if link.surface < CONSTANT {

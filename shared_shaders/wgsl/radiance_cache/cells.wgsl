@@ -76,6 +76,8 @@ const BUCKET: u32 = 8u;
 const NO_SLOT: u32 = 0xffffffffu;
 /// Coarser levels that collect the light of the records in the picture.
 const COARSER_LEVELS: u32 = 3u;
+/// Bit of bins for records that only hits refer to.
+const HITS: u32 = 128u;
 const LEVEL_BIAS: i32 = 128;
 /// Frames after which a record that nothing refers to is removed.
 const LIFETIME: u32 = 64u;
@@ -97,14 +99,6 @@ fn normal_bin(normal: vec3f) -> u32 {
     }
     let part = vec2u(clamp(across / max(abs(along), 1e-6) * 1.5 + 1.5, vec2f(0.0), vec2f(2.0)));
     return (axis * 2u + select(0u, 1u, along < 0.0)) * 9u + part.x * 3u + part.y;
-}
-
-/// The axis nearest to a normal. Records that only hits refer to stand for all normals near an axis.
-fn nearest_axis(normal: vec3f) -> vec3f {
-    let a = abs(normal);
-    let is_x = a.x >= a.y && a.x >= a.z;
-    let is_y = !is_x && a.y >= a.z;
-    return select(vec3f(-1.0), vec3f(1.0), normal >= vec3f(0.0)) * vec3f(f32(is_x), f32(is_y), f32(!is_x && !is_y));
 }
 
 /// Level of the cells that are about `grid.spacing` pixels wide at this distance.
@@ -130,6 +124,13 @@ fn place_of(position: vec3f, normal: vec3f, level: i32) -> Place {
     let shifted = position + vec3f(0.371, 0.293, 0.437) * grid.unit;
     let coordinates = clamp(floor(shifted / cell_width(level)), vec3f(-1e9), vec3f(1e9));
     return Place(vec3i(coordinates), (u32(level + LEVEL_BIAS) << 8u) | normal_bin(normal));
+}
+
+/// The cell of a hit. Its record stands for all normals that point to one face of a cube, and traces its own rays: what the
+/// camera sees of a cell is not what rays find there.
+fn place_of_hit(position: vec3f, normal: vec3f, level: i32) -> Place {
+    let place = place_of(position, normal, level);
+    return Place(place.coordinates, (place.level_and_bin & ~255u) | HITS | ((place.level_and_bin & 255u) / 9u));
 }
 
 fn level_of(level_and_bin: u32) -> i32 {

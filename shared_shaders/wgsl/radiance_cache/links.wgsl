@@ -47,9 +47,10 @@ fn unpack_position(words: vec2u) -> vec3f {
     return grid.low + vec3f(part) * (grid.size / LARGEST_21);
 }
 
-fn pack_surface(normal: vec3f, albedo: vec3f) -> u32 {
+/// `random` are three numbers, 0..1, that round the albedo, so that its mean over links is right.
+fn pack_surface(normal: vec3f, albedo: vec3f, random: vec3f) -> u32 {
     let n = vec2u((octahedral_encode(normal) * 0.5 + 0.5) * 255.0 + 0.5);
-    let root = vec3u(sqrt(saturate(albedo)) * 31.0 + 0.5);
+    let root = vec3u(sqrt(saturate(albedo)) * 31.0 + random * 0.9999);
     return n.x | (n.y << 8u) | (root.x << 16u) | (root.y << 21u) | (root.z << 26u);
 }
 

@@ -10,7 +10,7 @@ import package::common::view::{View, uv_of_texel, view_position};
 import package::truth::surface::{surface_at, ray_from};
 import package::truth::traversal::{FAR, Ray, traverse};
 import package::radiance_cache::cells::{
-    NO_SLOT, cells, records, find_or_insert, level_of_hits_at, nearest_axis, place_of,
+    NO_SLOT, cells, records, find_or_insert, level_of_hits_at, place_of_hit,
 };
 import package::radiance_cache::counters::{counters, stamp};
 import package::radiance_cache::squares::pixel_of_square;
@@ -72,7 +72,8 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     let index = rays[number].index + records[slot].links;
     let place = records[slot].coordinates;
     let key = pcg3d(pcg3d(bitcast<vec3u>(place)) ^ vec3u(records[slot].level_and_bin, view.seed, 1u));
-    let random = pcg3d(vec3u(key.z, index, view.frame)).x;
+    let words = pcg3d(vec3u(key.z, index, view.frame));
+    let random = max(words.x, 1u);
     let origin = origin_of(slot);
     let direction = cosine_direction(origin.normal, sample_at(key.xy, index));
     let ray = ray_from(origin.position, origin.normal, direction, params.scene_radius);
@@ -89,7 +90,11 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
         let surface = surface_at(hit, ray);
         if surface.sends {
             radiance = surface.emission;
-            link.surface = pack_surface(surface.geometric_normal, surface.albedo);
+            link.surface = pack_surface(
+                surface.geometric_normal,
+                surface.albedo,
+                vec3f(vec3u(words.y, words.z, words.y ^ words.z) >> vec3u(8u)) * 5.9604644775390625e-8,
+            );
             @if(lit) {
                 var sum = vec3f(0.0);
                 for (var i = 0u; i < LIGHTS; i++) {
@@ -106,17 +111,17 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
             if BOUNCES {
                 let distance = length(surface.position - view.view_to_world[3].xyz);
                 let level = level_of_hits_at(distance, view);
-                link.source = find_or_insert(place_of(surface.position, nearest_axis(surface.normal), level));
+                link.source = find_or_insert(place_of_hit(surface.position, surface.normal, level));
                 if link.source != NO_SLOT {
                     if link.surface < CONSTANT {
-                        atomicMax(&cells[link.source].hit, max(random, 1u));
+                        atomicMax(&cells[link.source].hit, random);
                     }
                     atomicMax(&cells[link.source].seen, stamp());
                 }
             }
         }
     }
-    rays[number].random = max(random, 1u);
+    rays[number].random = random;
     rays[number].radiance = radiance;
     rays[number].link = link;
 }

@@ -88,7 +88,7 @@ const RECORD_BYTES: u64 = 80;
 const TOTAL_BYTES: u64 = 16;
 /// Bytes of a link and of a ray with its link: twins of radiance_cache/links.wgsl.
 const LINK_BYTES: u64 = 16;
-const RAY_BYTES: u64 = 48;
+const RAY_BYTES: u64 = 64;
 /// Slots for each record that the display would need if surfaces faced the camera: surfaces are slanted, and records have
 /// coarser ones.
 const SLOTS_PER_RECORD: f32 = 4.0;
@@ -186,6 +186,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         constants: trace::Constants {
             lights,
             holes: scene.needs.alpha_tested,
+            draw_sky: scene.uneven_sky,
             bounces: parameters.bounces == Bounces::All,
         },
     };

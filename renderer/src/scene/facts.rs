@@ -5,6 +5,7 @@ use halflight_scenes::{Camera, Scene, SceneNeeds};
 use super::{
     EmittingTriangle, Extent, SceneSize, ShadowLayer,
     bounds::diagonal,
+    contrast::is_uneven,
     emitters::emitting_triangles,
     shadow::{far_shadow_layers, shadow_layers},
 };
@@ -36,6 +37,8 @@ pub struct SceneFacts {
     /// Whether only surfaces that the camera sees send light in reflective shadow maps. Used to separate errors of
     /// light from the screen from errors of light from off the screen.
     pub only_seen_surfaces_send: bool,
+    /// Whether the environment is so uneven that directions are drawn from it by its radiance.
+    pub uneven_sky: bool,
     /// Triangles that emit light and send it on.
     pub emitters: Vec<EmittingTriangle>,
 }
@@ -63,6 +66,7 @@ impl SceneFacts {
             triangles: scene.triangle_count() as u32,
             size: SceneSize::of(scene),
             only_seen_surfaces_send: false,
+            uneven_sky: scene.environment.as_ref().is_some_and(is_uneven),
             emitters: emitting_triangles(scene),
         };
         facts.resize(scene, extent);

@@ -4,6 +4,7 @@ mod bounds;
 mod buffers;
 mod bvh;
 mod casters;
+pub(crate) mod contrast;
 mod emitters;
 mod environment;
 mod facts;

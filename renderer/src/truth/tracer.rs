@@ -2,11 +2,8 @@
 
 use halflight_scenes::{Light, Scene};
 
-use super::{
-    Request, Stop, Trace, TruthError,
-    sources::{Emitters, is_uneven},
-};
-use crate::scene::SceneBuffers;
+use super::{Request, Stop, Trace, TruthError, sources::Emitters};
+use crate::scene::{SceneBuffers, contrast::is_uneven};
 use halflight_frame_graph::Gpu;
 
 /// The BVH of a scene on a device, with the scene's buffers. It serves any number of traces.

@@ -46,11 +46,10 @@ struct Record {
     bounced: vec3f,
     // Number of links so far. The newest ones are kept.
     links: u32,
-    // Rays of this frame.
-    first_ray: u32,
-    ray_count: u32,
-    unused_0: u32,
-    unused_1: u32,
+    // Mean light of directions drawn from the sky. It does not depend on lights.
+    drawn: vec3f,
+    // Rays of this frame: the first one in the lower 24 bits, their number in the upper 8 bits.
+    rays: u32,
 }
 
 /// Sizes of cells.
@@ -184,7 +183,7 @@ fn find_or_insert(place: Place) -> u32 {
         while before == 0u {
             let result = atomicCompareExchangeWeak(&cells[slot].fingerprint, 0u, fingerprint);
             if result.exchanged {
-                records[slot] = Record(place.coordinates, place.level_and_bin, vec3f(), 0u, vec3f(), 0.0, vec3f(), 0u, 0u, 0u, 0u, 0u);
+                records[slot] = Record(place.coordinates, place.level_and_bin, vec3f(), 0u, vec3f(), 0.0, vec3f(), 0u, vec3f(), 0u);
                 return slot;
             }
             before = result.old_value;
@@ -194,4 +193,9 @@ fn find_or_insert(place: Place) -> u32 {
         }
     }
     return NO_SLOT;
+}
+
+/// Mean incident light of a record, all bounces.
+fn light_of_record(slot: u32) -> vec3f {
+    return records[slot].direct + records[slot].drawn + records[slot].bounced;
 }

@@ -1,6 +1,6 @@
 // Coarse records collect the light of their children: the mean over all rays. One run serves the even or the odd levels.
 import package::radiance_cache::counters::stamp;
-import package::radiance_cache::cells::{NO_SLOT, Place, cells, records, find, level_of};
+import package::radiance_cache::cells::{NO_SLOT, Place, cells, light_of_record, records, find, level_of};
 
 struct Params {
     // 0 for even levels, 1 for odd ones.
@@ -21,7 +21,7 @@ fn collect(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let samples = records[slot].samples;
-    var sum = vec4f((records[slot].direct + records[slot].bounced) * samples, samples);
+    var sum = vec4f(light_of_record(slot) * samples, samples);
     for (var i = 0u; i < 8u; i++) {
         let child = find(Place(
             place.coordinates * 2 + vec3i(vec3u(i, i >> 1u, i >> 2u) & vec3u(1u)),

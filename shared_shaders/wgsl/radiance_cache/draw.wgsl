@@ -28,7 +28,7 @@ fn draw(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let fingerprint = atomicLoad(&cells[slot].fingerprint);
-    records[slot].ray_count = 0u;
+    records[slot].rays = 0u;
     if fingerprint == 0u {
         return;
     }
@@ -56,8 +56,7 @@ fn draw(@builtin(global_invocation_id) id: vec3u) {
     if first >= end {
         return;
     }
-    records[slot].first_ray = first;
-    records[slot].ray_count = end - first;
+    records[slot].rays = first | ((end - first) << 24u);
     for (var ray = first; ray < end; ray++) {
         rays[ray].slot = slot;
         rays[ray].index = ray - first;

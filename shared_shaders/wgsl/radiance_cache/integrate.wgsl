@@ -53,15 +53,18 @@ fn integrate(@builtin(global_invocation_id) id: vec3u) {
             samples = f32(kept);
         }
     }
-    let first = records[slot].first_ray;
-    let count = records[slot].ray_count;
+    let first = records[slot].rays & 0xffffffu;
+    let count = records[slot].rays >> 24u;
     var sum = vec3f(0.0);
+    var drawn = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
         sum += rays[first + i].radiance;
+        drawn += rays[first + i].drawn;
         links[slot * LINKS + (records[slot].links + i) % LINKS] = rays[first + i].link;
     }
     if count > 0u {
         direct = (direct * samples + sum) / (samples + f32(count));
+        records[slot].drawn = (records[slot].drawn * samples + drawn) / (samples + f32(count));
         samples = min(samples + f32(count), MOST_SAMPLES);
         records[slot].links += count;
     }

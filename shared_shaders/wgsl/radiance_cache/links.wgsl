@@ -25,6 +25,9 @@ struct TracedRay {
     // Radiance that leaves the hit after direct light.
     radiance: vec3f,
     unused_1: u32,
+    // Light of a direction drawn from the sky.
+    drawn: vec3f,
+    unused_2: u32,
     link: Link,
 }
 

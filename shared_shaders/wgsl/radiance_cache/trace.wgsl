@@ -2,9 +2,10 @@
 // Traces the rays of this frame and finds the light at their ends.
 import package::common::math::{LARGEST_RADIANCE, PI, octahedral_decode, pcg3d};
 import package::common::hemisphere::cosine_direction;
+@if(environment) import package::common::streams::CACHE_SHARE_STREAM;
 import package::common::surfel::pack_radiance;
 import package::common::view::{View, uv_of_texel, view_position};
-@if(environment) import package::common::environment::{latlong, small_map};
+@if(environment) import package::truth::sky::{draw_sky, sky_density, sky_radiance};
 @if(lit) import package::common::scene::Light;
 @if(lit) import package::radiance_cache::relight::reflected;
 import package::truth::surface::{surface_at, ray_from};
@@ -27,11 +28,12 @@ struct Params {
 @group(0) @binding(6) var depth: texture_2d<f32>;
 @group(0) @binding(17) var normal: texture_2d<f32>;
 @if(lit) @group(0) @binding(7) var<storage, read> lights: array<Light>;
-@if(environment) @group(0) @binding(8) var<storage, read> environment: array<vec4f>;
 
 override LIGHTS: u32;
 /// Whether any triangle is alpha-masked.
 override HOLES: bool;
+/// Whether the sky is uneven, so that directions are drawn from it as well.
+override DRAW_SKY: bool;
 /// Whether further bounces are taken.
 override BOUNCES: bool;
 
@@ -57,6 +59,22 @@ fn origin_of(slot: u32) -> Origin {
     );
 }
 
+/// Light of a direction that is drawn from the sky by its power, weighted against rays drawn from the cosine by the balance
+/// heuristic (Veach 1997, Section 9.2.2).
+@if(environment)
+fn sky_by_power(origin: Origin, random: vec2u) -> vec3f {
+    let sky = draw_sky(vec2f(random >> vec2u(8u)) * 5.9604644775390625e-8);
+    let density = dot(origin.normal, sky.direction) / PI;
+    if density <= 0.0 || all(sky.radiance <= vec3f(0.0)) {
+        return vec3f(0.0);
+    }
+    let ray = ray_from(origin.position, origin.normal, sky.direction, params.scene_radius);
+    if traverse(ray, FAR, true, HOLES).distance < FAR {
+        return vec3f(0.0);
+    }
+    return min(sky.radiance * (density / (density + sky.density)), vec3f(LARGEST_RADIANCE));
+}
+
 /// Two numbers of sample `index` of a cell: the R2 lattice (Roberts 2018) from a random start.
 fn sample_at(start: vec2u, index: u32) -> vec2f {
     return vec2f((start + index * vec2u(3242174889u, 2447445414u)) >> vec2u(8u)) * 5.9604644775390625e-8;
@@ -80,10 +98,19 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     let hit = traverse(ray, FAR, false, HOLES);
     var link = Link(vec2u(0u), CONSTANT, NO_SLOT);
     var radiance = vec3f(0.0);
+    var drawn = vec3f(0.0);
+    @if(environment) {
+        if DRAW_SKY {
+            drawn = sky_by_power(origin, pcg3d(vec3u(words.yz, CACHE_SHARE_STREAM)).xy);
+        }
+    }
     if hit.distance == FAR {
         @if(environment) {
-            let first = small_map(environment[0]);
-            radiance = environment[first + latlong(direction, environment[0].zw)].rgb;
+            radiance = sky_radiance(direction);
+            if DRAW_SKY {
+                let density = dot(origin.normal, direction) / PI;
+                radiance *= density / max(density + sky_density(direction), 1e-30);
+            }
             link.words = pack_radiance(radiance);
         }
     } else {
@@ -123,5 +150,6 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     }
     rays[number].random = random;
     rays[number].radiance = radiance;
+    rays[number].drawn = drawn;
     rays[number].link = link;
 }

@@ -11,15 +11,16 @@ import package::common::streams::{PATH_GLOSSY_STREAM, PATH_LIGHT_STREAM};
 import package::truth::params::params;
 import package::truth::traversal::{FAR, Ray, Hit, traverse};
 import package::truth::surface::{Surface, materials, surface_at, unit_or, offset_length, ray_from};
-import package::truth::sources::{draw_source, emitter_density, sky_radiance, sky_density};
+import package::truth::sources::{draw_source, emitter_density};
+import package::truth::sky::{sky_radiance, sky_density};
 
-// Binding 0 belongs to package::truth::params, 1 to 3 to traversal, 5 to surface, 9 and 10 to sources,
+// Binding 0 belongs to package::truth::params, 1 to 3 to traversal, 5 to surface, 8 to sky, 10 to sources,
 // 22 to scene_textures.
 @group(0) @binding(6) var<storage, read> lights: array<Light>;
 // Primary hits, one per pixel.
 @group(0) @binding(7) var<storage, read_write> surfaces: array<PrimarySurface>;
 // SUM_WORDS words per pixel: the number of traced rays (a bit pattern), then the sums at the offsets below.
-@group(0) @binding(8) var<storage, read_write> sums: array<f32>;
+@group(0) @binding(9) var<storage, read_write> sums: array<f32>;
 
 /// Offset of an output's sums in a pixel's words, 0 if it is not requested. An output has a sum of three channels and a
 /// sum of their squares; ambient visibility has the count of open rays.
@@ -68,7 +69,7 @@ fn sky(direction: vec3f) -> vec3f {
     if !ENVIRONMENT {
         return vec3f(0.0);
     }
-    return sky_radiance(direction);
+    return sky_radiance(direction) * params.radiance_scale;
 }
 
 fn trace(ray: Ray, reach: f32, any: bool) -> Hit {

@@ -19,7 +19,7 @@ use halflight_techniques::parameters_of;
 
 use super::Suite;
 use crate::{
-    check::Check,
+    check::{Check, percentile_999},
     scenes::{self, bundled, everything, scaled},
     settings::{bounces, with_small_shadows, words},
     switches,
@@ -114,7 +114,12 @@ fn examine(
         .clone()
         .bounded("values not finite, or light below zero", found.bad as f64, 0.0, "no such value is ever written")
         .detail(format!("{} at {}x{}", found.position, extreme.size[0], extreme.size[1]));
-    let bad = Check { clamped: found.clamped, largest: f64::from(found.largest), ..bad };
+    let bad = Check {
+        clamped: found.clamped,
+        largest: f64::from(found.largest),
+        percentile: found.percentile,
+        ..bad
+    };
     let light = match extreme.expect {
         Expect::Black => {
             check.clone().bounded("largest value of light", f64::from(found.largest), 0.0, "nothing sends light")
@@ -148,6 +153,7 @@ struct Found {
     clamped: u64,
     largest: f32,
     largest_direct: f32,
+    percentile: f64,
 }
 
 impl Found {
@@ -174,6 +180,9 @@ impl Found {
             let pixels = frames.read_rgb(name)?.unwrap_or_default();
             Ok(pixels.iter().flatten().copied().filter(|v| v.is_finite()).fold(0.0, f32::max))
         };
+        if let Some(light) = frames.read_rgb("indirect")? {
+            self.percentile = self.percentile.max(percentile_999(&light));
+        }
         self.largest_direct = self.largest_direct.max(largest("direct")?);
         for name in LIGHT {
             self.largest = self.largest.max(largest(name)?);

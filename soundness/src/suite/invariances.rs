@@ -18,9 +18,11 @@ use halflight_scenes::{CameraKeyframe, Keyframe, Light, Mesh, Motion, Scene};
 use super::Suite;
 use crate::{
     check::Check,
-    scenes::{self, scaled},
+    scenes,
     settings::{parameter, with_small_shadows},
 };
+
+mod units;
 
 const GROUP: &str = "invariances";
 /// Small, and a multiple of the texel size of every level, so that mirroring maps texels onto texels.
@@ -60,7 +62,7 @@ impl Subject<'_> {
     /// visibility grid cover the same parts of both.
     fn same_mean(&self, scene: &Session, twin: &Scene, same_voxels: bool) -> Result<Vec<Check>, Error> {
         let twin = Session::new(scene.native, twin);
-        Ok(vec![self.drift_from(scene, &twin, self, same_voxels)?])
+        Ok(vec![self.drift_from(scene, &twin, self, same_voxels, SIZE)?])
     }
 
     /// Relative difference of the mean of the twin's image, with its own settings, to that of the scene.
@@ -70,17 +72,18 @@ impl Subject<'_> {
         twin: &Session,
         in_twin: &Subject,
         same_voxels: bool,
+        size: [u32; 2],
     ) -> Result<Check, Error> {
-        let (a, b) = (self.frame(scene, SIZE, 0)?, in_twin.frame(twin, SIZE, 0)?);
+        let (a, b) = (self.frame(scene, size, 0)?, in_twin.frame(twin, size, 0)?);
         let check = self.check.clone().bounded(DRIFT, drift(&a, &b), LARGEST_DRIFT, AT_EDGES);
         let check = check.detail(format!("root mean square {:.1e} of the mean", difference(&a, &b)));
-        let frames = self.frames(scene, SIZE, 0)?;
+        let frames = self.frames(scene, size, 0)?;
         if !check.is_red() || !has_reflective_shadow_maps(frames.plan()) {
             return Ok(check);
         }
         // Rounding alone can change which virtual point lights are chosen, so means of many frames are compared with their noise.
         let [ours, theirs] = [(self, scene), (in_twin, twin)].map(|(subject, session)| {
-            (0..SEEDS).map(|seed| Ok(mean(&subject.mean(session, SIZE, seed)?))).collect::<Result<Vec<_>, Error>>()
+            (0..SEEDS).map(|seed| Ok(mean(&subject.mean(session, size, seed)?))).collect::<Result<Vec<_>, Error>>()
         });
         let (ours, theirs) = (ours?, theirs?);
         let average = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
@@ -140,7 +143,7 @@ type Row = fn(&Session, Subject) -> Result<Vec<Check>, Error>;
 const ROWS: &[(&str, Row)] = &[
     ("two runs with one seed", one_seed),
     ("brightness scales with light", brightness),
-    ("world units", units),
+    ("world units", units::units),
     ("translation of the whole scene", translation),
     ("rotation of the whole scene", rotation),
     ("mirroring", mirroring),
@@ -160,6 +163,7 @@ pub(super) fn run(suite: &mut Suite) {
     for (row, run) in ROWS {
         each(suite, row, |subject| run(&session, subject));
     }
+    units::run(suite);
     let moving = uncovered();
     let session = Session::new(suite.native, &moving);
     with_history(suite, "what was hidden in the frame before has no history", &session, disoccluded);
@@ -231,46 +235,6 @@ fn brightness(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> 
     let worst = plain.iter().flatten().zip(other.iter().flatten()).map(far).fold(0.0, f64::max);
     let reason = "16 times the light changes exponents only; below the smallest normal number, 2^-126 or 2^-14, values are truncated";
     Ok(vec![subject.check.clone().bounded("largest difference, radiance", worst, bound, reason)])
-}
-
-/// The settings for a scene that is `factor` times larger: lengths scale with it and areas with its square, also those at
-/// their defaults. `None` where a value leaves its range.
-fn in_units(subject: Subject, factor: f32) -> Option<Settings> {
-    let mut settings = subject.settings.clone();
-    for parameter in (subject.technique.parameters)() {
-        let factor = match parameter.unit {
-            "scene units" => f64::from(factor),
-            "scene units squared" => f64::from(factor).powi(2),
-            _ => continue,
-        };
-        let (Kind::Float(low, high), Value::Float(value)) =
-            (&parameter.kind, settings.get(&parameter.key()).unwrap_or(&parameter.default))
-        else {
-            continue;
-        };
-        let scaled = value * factor;
-        if scaled != *value {
-            (*low..=*high).contains(&scaled).then_some(())?;
-            settings.insert(parameter.key(), Value::Float(scaled));
-        }
-    }
-    Some(settings)
-}
-
-fn units(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
-    let mut worst: Option<Check> = None;
-    for factor in [2f32.powi(-10), 2f32.powi(20), 1e3] {
-        let Some(settings) = in_units(subject, factor) else { continue };
-        let twin = scaled(session.scene, factor);
-        let twin = Session::new(session.native, &twin);
-        let in_twin = Subject { settings: &settings, ..subject };
-        let check = subject.drift_from(session, &twin, &in_twin, true)?;
-        let check = Check { detail: format!("times {factor}: {}", check.detail), ..check };
-        if worst.as_ref().is_none_or(|worst| check.worst.is_nan() || check.worst > worst.worst) {
-            worst = Some(check);
-        }
-    }
-    Ok(worst.into_iter().collect())
 }
 
 /// The scene mirrored, rotated and translated.

@@ -11,6 +11,11 @@ use super::{
 };
 use crate::parameters::SettingsError;
 
+/// Distance of near planes, as a share of the diagonal of what is looked at. Reversed depth is precise at all distances,
+/// so that a near plane costs nothing: surfaces may be a million times closer than others. It is above the steps of float32
+/// at the scene's farthest positions, 1e-7, because corners that the near plane cuts are rounded to them.
+pub(super) const NEAR: f32 = 1e-6;
+
 /// Facts about a scene that a plan needs, without geometry or device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneFacts {
@@ -77,8 +82,7 @@ impl SceneFacts {
         let lights = scene.pose(0).lights;
         self.extent = extent;
         self.bounds = [low.to_array(), high.to_array()];
-        // Reversed depth is precise at all distances, so the near plane may be close. It only has to stay above zero.
-        self.near = (diagonal(extent.focus) * 1e-4).max(f32::MIN_POSITIVE * 1e10);
+        self.near = (diagonal(extent.focus) * NEAR).max(f32::MIN_POSITIVE * 1e10);
         self.shadow_layers = shadow_layers(&lights, &extent, scene);
         self.far_shadow_layers = far_shadow_layers(&lights, &extent, scene);
     }

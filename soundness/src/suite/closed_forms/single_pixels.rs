@@ -77,7 +77,10 @@ fn allowed(
         }
         "hybrid" if is("weighting", "radiometric") => {
             let far = of_virtual_point_lights(frames, session, technique, settings, whole("light_samples"))?;
-            Some((1.0 + far, "near light is at most 1; each virtual point light beyond the near-field distance stands for many"))
+            Some((
+                1.0 + far,
+                "near light is at most 1; each virtual point light beyond the near-field distance stands for many",
+            ))
         }
         _ => None,
     })

@@ -32,7 +32,12 @@ pub(super) fn run(suite: &mut Suite) {
     each(suite, "a plane does not light itself", &plane(), plane_alone);
     let row = "a furnace: no point receives more than its walls send";
     each(suite, row, &bundled("furnace"), single_pixels::largest);
-    each(suite, "a white room: no point receives more than its lamp sends", &scenes::white_room(), single_pixels::largest);
+    each(
+        suite,
+        "a white room: no point receives more than its lamp sends",
+        &scenes::white_room(),
+        single_pixels::largest,
+    );
     each(suite, "everything glows: no surface in view is without light", &scenes::glowing_bars(), none_is_black);
     each(suite, "normals of unit length where vertex normals part", &parted_normals(), unit_normals);
     each(suite, "the final image is the sum of its parts", &scenes::lamp_court(), sum_of_parts);

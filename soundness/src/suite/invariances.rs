@@ -78,10 +78,13 @@ impl Subject<'_> {
         let check = self.check.clone().bounded(DRIFT, drift(&a, &b), LARGEST_DRIFT, AT_EDGES);
         let check = check.detail(format!("root mean square {:.1e} of the mean", difference(&a, &b)));
         let frames = self.frames(scene, size, 0)?;
-        if !check.is_red() || !has_reflective_shadow_maps(frames.plan()) {
+        // One ray hits or misses as a whole.
+        let by_chance = has_reflective_shadow_maps(frames.plan()) || self.technique.name == "ray-march";
+        if !check.is_red() || !by_chance {
             return Ok(check);
         }
-        // Rounding alone can change which virtual point lights are chosen, so means of many frames are compared with their noise.
+        // Rounding alone can change which virtual point lights are chosen, or what a ray hits, so means of many frames are
+        // compared with their noise.
         let [ours, theirs] = [(self, scene), (in_twin, twin)].map(|(subject, session)| {
             (0..SEEDS).map(|seed| Ok(mean(&subject.mean(session, size, seed)?))).collect::<Result<Vec<_>, Error>>()
         });
@@ -105,7 +108,7 @@ const LARGEST_DRIFT: f64 = 2e-3;
 const AT_EDGES: &str = "rounding alone: a pixel on an edge may show the other surface";
 /// Number of seeds from which the noise of a mean is estimated.
 const SEEDS: u32 = 6;
-const AT_CHANCE: &str = "rounding changes the chosen virtual point lights: five standard errors of the difference, estimated from other seeds";
+const AT_CHANCE: &str = "rounding changes the chosen virtual point lights or what a ray hits: five standard errors of the difference, estimated from other seeds";
 
 const DRIFT: &str = "relative change of the mean";
 const BITS: &str = "values that differ in a bit";
@@ -167,13 +170,22 @@ pub(super) fn run(suite: &mut Suite) {
     let moving = uncovered();
     let session = Session::new(suite.native, &moving);
     with_history(suite, "what was hidden in the frame before has no history", &session, disoccluded);
+    let still = scenes::lamp_court();
+    let session = Session::new(suite.native, &still);
+    let count = if suite.options.quick { 100 } else { 2000 };
+    with_history(suite, "a long history", &session, |session, subject| long_history(session, subject, count));
     let cutting = cut();
     let session = Session::new(suite.native, &cutting);
     with_history(suite, "nothing of the frame before a cut is left", &session, after_a_cut);
 }
 
 /// Runs a row with all settings that keep a history, in a quick run too.
-fn with_history(suite: &mut Suite, row: &str, session: &Session, run: Row) {
+fn with_history(
+    suite: &mut Suite,
+    row: &str,
+    session: &Session,
+    run: impl Fn(&Session, Subject) -> Result<Vec<Check>, Error>,
+) {
     if !suite.wants(GROUP, row) {
         return;
     }
@@ -489,6 +501,27 @@ fn disoccluded(session: &Session, subject: Subject) -> Result<Vec<Check>, Error>
     let check =
         subject.check.clone().bounded("uncovered pixels with light of the frame before", wrong as f64, 0.0, reason);
     Ok(vec![check.detail(format!("of {} uncovered pixels", uncovered.len()))])
+}
+
+/// The mean of a static picture after very many frames, whose numbers pass the largest one, is that after a few.
+fn long_history(session: &Session, subject: Subject, count: u32) -> Result<Vec<Check>, Error> {
+    const EARLY: u32 = 64;
+    let mut early = Vec::new();
+    for seed in 0..SEEDS {
+        let mut frames = subject.frames(session, SIZE, seed)?;
+        (0..EARLY).try_for_each(|frame| frames.run(frame).map(drop))?;
+        early.push(mean(&light(&frames)?));
+    }
+    let average = early.iter().sum::<f64>() / early.len() as f64;
+    let variance = early.iter().map(|v| (v - average).powi(2)).sum::<f64>() / f64::from(SEEDS - 1);
+    let mut frames = subject.frames(session, SIZE, 0)?;
+    let first = u32::MAX - count / 2;
+    (0..count).try_for_each(|frame| frames.run(first.wrapping_add(frame)).map(drop))?;
+    let late = mean(&light(&frames)?);
+    let bound = LARGEST_DRIFT.max(5.0 * variance.sqrt() / average);
+    let reason = "five standard deviations of the mean after 64 frames, estimated from other seeds";
+    let check = subject.check.clone().bounded(DRIFT, (late / average - 1.0).abs(), bound, reason);
+    Ok(vec![check.detail(format!("{count} frames against {EARLY}"))])
 }
 
 /// The camera cuts to another position in frame 4.

@@ -75,13 +75,13 @@ mod tests {
         for size in [0.0, 1e-12, 1.0, 1e12] {
             assert_eq!(scene(size).check_lengths(), Ok(()), "{size}");
         }
-        let small = scene(1e-20).check_lengths().unwrap_err();
+        let small = scene(1e-20).check_lengths().expect_err("it is refused");
         assert!(small.contains("diagonal is 1.4e-20") && small.contains("by 1e20"), "{small}");
-        let large = scene(f32::MAX).check_lengths().unwrap_err();
+        let large = scene(f32::MAX).check_lengths().expect_err("it is refused");
         assert!(large.contains("4.8e38") && large.contains("by 1e-38"), "{large}");
         let mut far = scene(1.0);
         far.camera.eye = [1e20, 0.0, 0.0];
-        let far = far.check_lengths().unwrap_err();
+        let far = far.check_lengths().expect_err("it is refused");
         assert!(far.contains("a camera") && far.contains("by 1e-20"), "{far}");
         assert!(check_length("it", f64::NAN).is_err());
     }

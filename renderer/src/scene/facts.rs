@@ -5,16 +5,10 @@ use halflight_scenes::{Camera, Scene, SceneNeeds, check_length};
 
 use super::{
     EmittingTriangle, Extent, SceneSize, ShadowLayer,
-    bounds::diagonal,
     emitters::emitting_triangles,
     shadow::{far_shadow_layers, shadow_layers},
 };
 use crate::parameters::SettingsError;
-
-/// Distance of near planes, as a share of the diagonal of what is looked at. Reversed depth is precise at all distances,
-/// so that a near plane costs nothing: surfaces may be a million times closer than others. It is above the steps of float32
-/// at the scene's farthest positions, 1e-7, because corners that the near plane cuts are rounded to them.
-pub(super) const NEAR: f32 = 1e-6;
 
 /// Facts about a scene that a plan needs, without geometry or device.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +76,7 @@ impl SceneFacts {
         let lights = scene.pose(0).lights;
         self.extent = extent;
         self.bounds = [low.to_array(), high.to_array()];
-        self.near = (diagonal(extent.focus) * NEAR).max(f32::MIN_POSITIVE * 1e10);
+        self.near = extent.near();
         self.shadow_layers = shadow_layers(&lights, &extent, scene);
         self.far_shadow_layers = far_shadow_layers(&lights, &extent, scene);
     }

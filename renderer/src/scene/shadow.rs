@@ -6,7 +6,6 @@ use halflight_scenes::{Light, Scene};
 use super::{
     bounds::{Bounds, diagonal},
     casters::depth_range,
-    facts::NEAR,
     focus::Extent,
 };
 use crate::scene::buffers::shadow_faces;
@@ -30,7 +29,7 @@ const MARGIN: f32 = 0.01;
 /// The layers of these lights, in their order: one for a directional light or a narrow spot light, otherwise six. Those
 /// of directional lights show what is looked at.
 pub(crate) fn shadow_layers(lights: &[Light], extent: &Extent, scene: &Scene) -> Vec<ShadowLayer> {
-    let near = (diagonal(extent.focus) * NEAR).max(f32::MIN_POSITIVE * 1e10);
+    let near = extent.near();
     let looks_at = |light: &Light| match *light {
         Light::Directional { direction, .. } if extent.is_part() => {
             vec![directional_part(direction.into(), extent.focus, scene)]

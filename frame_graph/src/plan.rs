@@ -242,12 +242,14 @@ impl Pass {
     /// Resources that the pass reads, then those that it writes.
     pub fn reads_and_writes(&self) -> (Vec<ResourceId>, Vec<ResourceId>) {
         let shader = self.shader;
-        let writes =
-            |name: &str| {
-                shader.entry_points.iter().flat_map(|entry| entry.bindings).filter(|b| b.name == name).any(|b| {
-                    matches!(b.kind, BindingKind::StorageTexture { .. } | BindingKind::Storage { writable: true })
-                })
-            };
+        let writes = |name: &str| {
+            shader.entry_points.iter().flat_map(|entry| entry.bindings).filter(|b| b.name == name).any(|b| {
+                matches!(
+                    b.kind,
+                    BindingKind::StorageTexture { writable: true, .. } | BindingKind::Storage { writable: true }
+                )
+            })
+        };
         let (written, read): (Vec<_>, Vec<_>) = self.bindings.iter().partition(|(name, _)| writes(name));
         let mut written: Vec<_> = written.into_iter().map(|&(_, id)| id).collect();
         if let Work::Draw { targets, depth, .. } = &self.work {

@@ -104,6 +104,8 @@ pub enum BindingKind {
     StorageTexture {
         /// Texel format by naga's name, for example `Rgba16Float`.
         format: String,
+        /// Whether the shader may write to it.
+        writable: bool,
     },
     /// Sampler.
     Sampler {

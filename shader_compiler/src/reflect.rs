@@ -90,12 +90,12 @@ fn binding_kind(
         (AddressSpace::Storage { access }, _) => {
             Ok(BindingKind::Storage { writable: access.contains(naga::StorageAccess::STORE) })
         }
-        (AddressSpace::Handle, TypeInner::Image { class: ImageClass::Storage { format, .. }, .. }) => {
+        (AddressSpace::Handle, TypeInner::Image { class: ImageClass::Storage { format, access }, .. }) => {
             let format = format!("{format:?}");
             if !STORAGE_FORMATS.contains(&format.as_str()) {
                 return Err(format!("{name} has format {format}, which no browser guarantees"));
             }
-            Ok(BindingKind::StorageTexture { format })
+            Ok(BindingKind::StorageTexture { format, writable: access.contains(naga::StorageAccess::STORE) })
         }
         (AddressSpace::Handle, TypeInner::Image { arrayed, .. }) => Ok(BindingKind::Texture { arrayed: *arrayed }),
         (AddressSpace::Handle, TypeInner::Sampler { comparison }) => {

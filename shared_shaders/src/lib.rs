@@ -131,6 +131,8 @@ pub enum BindingKind {
     StorageTexture {
         /// Texel format, for example `Rgba16Float`.
         format: &'static str,
+        /// Whether the shader may write to it.
+        writable: bool,
     },
     /// Sampler.
     Sampler {

@@ -9,7 +9,7 @@ use halflight_scenes::{Camera, Environment, Keyframe, Light, Material, Motion, S
 use halflight_soundness::scenes;
 use halflight_tests::{bundled, device, frames, mean_luminance, request};
 
-const SIZE: [u32; 2] = [96, 64];
+const SIZE: [u32; 2] = [192, 128];
 
 /// Incident light after frames `0..count`.
 fn light_after(frames: &mut Frames, count: u32) -> Vec<Rgb> {
@@ -98,13 +98,13 @@ fn no_light_comes_through_a_thin_wall() {
     assert_eq!(brightest, 0.0);
 }
 
-/// The sun turns by 30 degrees in one frame. The links that records keep are lit again, without new rays for them.
+/// A lamp turns by 30 degrees in one frame. The links that records keep are lit again, without new rays for them.
 #[test]
-fn light_follows_the_sun() {
-    let mut scene = bundled("room_sun");
+fn light_follows_a_lamp() {
+    let mut scene = bundled("cornell");
     let angles = [(0, 0.0), (23, 0.0), (24, 30.0)];
-    let key = |(frame, angle): (u32, f32)| Keyframe { frame, rotate_degrees: [0.0, angle, 0.0], ..Keyframe::default() };
-    scene.moves.lights.push((0, Motion { pivot: [0.0; 3], keyframes: angles.map(key).to_vec() }));
+    let key = |(frame, angle): (u32, f32)| Keyframe { frame, rotate_degrees: [0.0, 0.0, angle], ..Keyframe::default() };
+    scene.moves.lights.push((0, Motion { pivot: [0.0, 1.95, 0.0], keyframes: angles.map(key).to_vec() }));
     let truth = reference(&scene.posed(24), 12);
     let session = Session::new(device(), &scene);
     let mut frames = frames(&session, &request("radiance-cache", &[], SIZE));

@@ -38,16 +38,16 @@ struct Record {
     // A point of a surface inside, world space, and its normal, octahedral.
     position: vec3f,
     normal: u32,
-    // Mean incident light without further bounces: irradiance over pi.
-    direct: vec3f,
+    // Mean incident light of lamps that surfaces reflect: irradiance over pi.
+    reflected: vec3f,
     // Rays in that mean.
     samples: f32,
     // Mean incident light of all further bounces.
     bounced: vec3f,
     // Number of links so far. The newest ones are kept.
     links: u32,
-    // Mean light of directions drawn from the sky. It does not depend on lights.
-    drawn: vec3f,
+    // Mean incident light of the sky and of emitters. It does not depend on lamps.
+    own: vec3f,
     // Rays of this frame: the first one in the lower 24 bits, their number in the upper 8 bits.
     rays: u32,
 }
@@ -197,5 +197,5 @@ fn find_or_insert(place: Place) -> u32 {
 
 /// Mean incident light of a record, all bounces.
 fn light_of_record(slot: u32) -> vec3f {
-    return records[slot].direct + records[slot].drawn + records[slot].bounced;
+    return records[slot].reflected + records[slot].own + records[slot].bounced;
 }

@@ -3,10 +3,9 @@
 import package::common::math::PI;
 @if(lit) import package::common::scene::Light;
 @if(lit) import package::radiance_cache::relight::reflected;
-@if(lit) import package::common::surfel::unpack_radiance;
 import package::radiance_cache::cells::{cells, records};
 import package::radiance_cache::counters::counters;
-@if(lit) import package::radiance_cache::links::{CONSTANT, albedo_of, normal_of, unpack_position};
+@if(lit) import package::radiance_cache::links::{NO_SURFACE, albedo_of, normal_of, unpack_position};
 import package::radiance_cache::links::{links, rays};
 
 @if(lit) @group(0) @binding(7) var<storage, read> lights: array<Light>;
@@ -23,8 +22,7 @@ fn relit(slot: u32, count: u32) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
         let link = links[slot * LINKS + i];
-        if link.surface >= CONSTANT {
-            sum += unpack_radiance(link.words.x, link.words.y);
+        if link.surface == NO_SURFACE {
             continue;
         }
         let position = unpack_position(link.words);
@@ -44,30 +42,30 @@ fn integrate(@builtin(global_invocation_id) id: vec3u) {
     if slot >= arrayLength(&cells) || atomicLoad(&cells[slot].fingerprint) == 0u {
         return;
     }
-    var direct = records[slot].direct;
+    var reflected_light = records[slot].reflected;
     var samples = records[slot].samples;
     @if(lit) {
         if counters.relight != 0u && samples > 0.0 {
             let kept = min(records[slot].links, LINKS);
-            direct = relit(slot, kept);
+            reflected_light = relit(slot, kept);
             samples = f32(kept);
         }
     }
     let first = records[slot].rays & 0xffffffu;
     let count = records[slot].rays >> 24u;
     var sum = vec3f(0.0);
-    var drawn = vec3f(0.0);
+    var own = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
-        sum += rays[first + i].radiance;
-        drawn += rays[first + i].drawn;
+        sum += rays[first + i].reflected;
+        own += rays[first + i].own;
         links[slot * LINKS + (records[slot].links + i) % LINKS] = rays[first + i].link;
     }
     if count > 0u {
-        direct = (direct * samples + sum) / (samples + f32(count));
-        records[slot].drawn = (records[slot].drawn * samples + drawn) / (samples + f32(count));
+        reflected_light = (reflected_light * samples + sum) / (samples + f32(count));
+        records[slot].own = (records[slot].own * samples + own) / (samples + f32(count));
         samples = min(samples + f32(count), MOST_SAMPLES);
         records[slot].links += count;
     }
-    records[slot].direct = direct;
+    records[slot].reflected = reflected_light;
     records[slot].samples = samples;
 }

@@ -4,10 +4,9 @@ import package::radiance_cache::cells::grid;
 
 /// What a ray has hit, in 128 bits.
 struct Link {
-    // Of a surface that reflects lights: its position in the box of the scene, 3 x 21 bits. Otherwise the radiance of the
-    // sky or of an emitter, which does not depend on lights, as common/surfel.wgsl packs it.
+    // Position in the box of the scene, 3 x 21 bits.
     words: vec2u,
-    // Normal, octahedral, 2 x 8 bits | square root of the albedo, 3 x 5 bits | CONSTANT.
+    // Normal, octahedral, 2 x 8 bits | square root of the albedo, 3 x 5 bits; NO_SURFACE for the sky.
     surface: u32,
     // Slot of the record whose light the hit reflects; NO_SLOT if there is none.
     source: u32,
@@ -22,11 +21,11 @@ struct TracedRay {
     // Random word, by which one of the hits inside a cell is chosen.
     random: u32,
     unused: u32,
-    // Radiance that leaves the hit after direct light.
-    radiance: vec3f,
+    // Light of lamps that the hit reflects.
+    reflected: vec3f,
     unused_1: u32,
-    // Light of a direction drawn from the sky.
-    drawn: vec3f,
+    // Light that does not depend on lamps: of the sky and of emitters.
+    own: vec3f,
     unused_2: u32,
     link: Link,
 }
@@ -34,8 +33,8 @@ struct TracedRay {
 @group(0) @binding(13) var<storage, read_write> links: array<Link>;
 @group(0) @binding(14) var<storage, read_write> rays: array<TracedRay>;
 
-/// Bit of `surface` for radiance that does not depend on lights.
-const CONSTANT: u32 = 0x80000000u;
+/// `surface` of a link to the sky.
+const NO_SURFACE: u32 = 0x80000000u;
 
 /// Largest number of 21 bits.
 const LARGEST_21: f32 = 2097151.0;

@@ -3,7 +3,6 @@
 import package::common::math::{LARGEST_RADIANCE, PI, octahedral_decode, pcg3d};
 import package::common::hemisphere::cosine_direction;
 @if(environment) import package::common::streams::CACHE_SHARE_STREAM;
-import package::common::surfel::pack_radiance;
 import package::common::view::{View, uv_of_texel, view_position};
 @if(environment) import package::truth::sky::{draw_sky, sky_density, sky_radiance};
 @if(lit) import package::common::scene::Light;
@@ -15,7 +14,7 @@ import package::radiance_cache::cells::{
 };
 import package::radiance_cache::counters::{counters, stamp};
 import package::radiance_cache::squares::pixel_of_square;
-import package::radiance_cache::links::{CONSTANT, Link, pack_position, pack_surface, rays};
+import package::radiance_cache::links::{NO_SURFACE, Link, pack_position, pack_surface, rays};
 
 struct Params {
     // Half the diagonal of the scene's bounding box.
@@ -96,27 +95,29 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     let direction = cosine_direction(origin.normal, sample_at(key.xy, index));
     let ray = ray_from(origin.position, origin.normal, direction, params.scene_radius);
     let hit = traverse(ray, FAR, false, HOLES);
-    var link = Link(vec2u(0u), CONSTANT, NO_SLOT);
-    var radiance = vec3f(0.0);
-    var drawn = vec3f(0.0);
+    var link = Link(vec2u(0u), NO_SURFACE, NO_SLOT);
+    // Light of lamps, and light that does not depend on them.
+    var reflected_light = vec3f(0.0);
+    var own_light = vec3f(0.0);
     @if(environment) {
         if DRAW_SKY {
-            drawn = sky_by_power(origin, pcg3d(vec3u(words.yz, CACHE_SHARE_STREAM)).xy);
+            own_light = sky_by_power(origin, pcg3d(vec3u(words.yz, CACHE_SHARE_STREAM)).xy);
         }
     }
     if hit.distance == FAR {
         @if(environment) {
-            radiance = sky_radiance(direction);
+            var weight = 1.0;
             if DRAW_SKY {
                 let density = dot(origin.normal, direction) / PI;
-                radiance *= density / max(density + sky_density(direction), 1e-30);
+                weight = density / max(density + sky_density(direction), 1e-30);
             }
-            link.words = pack_radiance(radiance);
+            own_light += sky_radiance(direction) * weight;
         }
     } else {
         let surface = surface_at(hit, ray);
         if surface.sends {
-            radiance = surface.emission;
+            own_light += surface.emission;
+            link.words = pack_position(surface.position);
             link.surface = pack_surface(
                 surface.geometric_normal,
                 surface.albedo,
@@ -127,29 +128,21 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                 for (var i = 0u; i < LIGHTS; i++) {
                     sum += reflected(lights[i], surface.position, surface.normal, surface.geometric_normal);
                 }
-                radiance += surface.albedo / PI * sum;
-            }
-            radiance = min(radiance, vec3f(LARGEST_RADIANCE));
-            link.words = pack_position(surface.position);
-            if any(surface.emission > vec3f(0.0)) {
-                link.surface |= CONSTANT;
-                link.words = pack_radiance(radiance);
+                reflected_light = min(surface.albedo / PI * sum, vec3f(LARGEST_RADIANCE));
             }
             if BOUNCES {
                 let distance = length(surface.position - view.view_to_world[3].xyz);
                 let level = level_of_hits_at(distance, view);
                 link.source = find_or_insert(place_of_hit(surface.position, surface.normal, level));
                 if link.source != NO_SLOT {
-                    if link.surface < CONSTANT {
-                        atomicMax(&cells[link.source].hit, random);
-                    }
+                    atomicMax(&cells[link.source].hit, random);
                     atomicMax(&cells[link.source].seen, stamp());
                 }
             }
         }
     }
     rays[number].random = random;
-    rays[number].radiance = radiance;
-    rays[number].drawn = drawn;
+    rays[number].reflected = reflected_light;
+    rays[number].own = min(own_light, vec3f(LARGEST_RADIANCE));
     rays[number].link = link;
 }

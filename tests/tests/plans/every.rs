@@ -226,7 +226,7 @@ fn every_plan_fits_its_shaders() {
                     (BindingKind::Uniform { members, .. }, "params") => {
                         fields.extend(members.iter().map(|member| member.name))
                     }
-                    (BindingKind::StorageTexture { format }, name) => {
+                    (BindingKind::StorageTexture { format, writable: true }, name) => {
                         let id = pass.bindings.iter().find(|(bound, _)| *bound == name).unwrap().1;
                         let ResourceKind::Texture { format: planned, .. } = &plan.resources[id.0].kind else {
                             panic!("{what}: {name} is no texture");

@@ -131,8 +131,10 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let cells = buffer("cells", each * CELL_BYTES, "table of records by their cells");
     let records = buffer("records", each * RECORD_BYTES, "incident light of surfaces in a cell");
     let totals = buffer("totals", each * TOTAL_BYTES, "light of records with all bounces");
-    let links =
-        buffer("links", each * u64::from(parameters.links) * LINK_BYTES, "what the newest rays of each record hit");
+    let all_bounces = parameters.bounces == Bounces::All;
+    let links = (all_bounces || scene.needs.lights > 0).then(|| {
+        buffer("links", each * u64::from(parameters.links) * LINK_BYTES, "what the newest rays of each record hit")
+    });
     // The shares of the records are rounded at random, so their sum varies.
     let most_rays = ((1.0 + NEW_RAYS) * 1.1 * parameters.rays as f32) as u32 + 1024;
     let rays = buffer("rays", u64::from(most_rays) * RAY_BYTES, "rays of this frame");
@@ -187,7 +189,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
             lights,
             holes: scene.needs.alpha_tested,
             draw_sky: scene.uneven_sky,
-            bounces: parameters.bounces == Bounces::All,
+            bounces: all_bounces,
         },
     };
     plan.pass(Part::Technique, "trace", run).because("light at the ends of rays").over([most_rays, 1]);
@@ -199,13 +201,14 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         cells,
         records,
         rays,
+        kept: all_bounces,
         links,
         lit: lamps.map(|(lights, ShadowMaps { maps, layers })| integrate::Lit { lights, grid, counters, maps, layers }),
         constants: integrate::Constants { links: parameters.links, lights },
     };
     plan.pass(Part::Technique, "integrate", run).because("adds rays to records; lights links again").over(over_slots);
 
-    if parameters.bounces == Bounces::All {
+    if let Some(links) = links.filter(|_| all_bounces) {
         let constants = bounce::Constants { links: parameters.links };
         let run = Bounce { cells, records, counters, links, totals, constants };
         plan.pass(Part::Technique, "bounce", run).because("further bounces, through links").over(over_slots);

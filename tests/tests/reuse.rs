@@ -33,6 +33,7 @@ impl Show {
     fn new(scene: &Scene, technique: &'static str, settings: &Settings, reuses: bool) -> Self {
         let (facts, buffers) = (SceneFacts::of(scene), SceneBuffers::new(&device().gpu, scene));
         let plan = plan_frame(&facts, known(technique), settings, SIZE, Default::default()).unwrap();
+        buffers.prepare(&device().gpu, scene, &plan).unwrap();
         let externals = Externals { scene: Some(&buffers), ..Default::default() };
         let graph = CompiledGraph::new(&device().gpu, plan, &externals);
         let (scene, settings) = (scene.clone(), settings.clone());

@@ -1,12 +1,14 @@
-// variants: lit
-// Adds the rays of this frame to the records, and lights their links anew where lights have changed.
+// variants: lit, kept
+// Adds the rays of this frame to the records. With `kept` or `lit`, their links are kept, and with `lit` they are lit again where
+// lights have changed.
 import package::common::math::PI;
 @if(lit) import package::common::scene::Light;
 @if(lit) import package::radiance_cache::relight::reflected;
 import package::radiance_cache::cells::{cells, records};
 import package::radiance_cache::counters::counters;
 @if(lit) import package::radiance_cache::links::{NO_SURFACE, albedo_of, normal_of, unpack_position};
-import package::radiance_cache::links::{links, rays};
+@if(kept || lit) import package::radiance_cache::links::links;
+import package::radiance_cache::links::rays;
 
 @if(lit) @group(0) @binding(7) var<storage, read> lights: array<Light>;
 
@@ -58,7 +60,7 @@ fn integrate(@builtin(global_invocation_id) id: vec3u) {
     for (var i = 0u; i < count; i++) {
         sum += rays[first + i].reflected;
         own += rays[first + i].own;
-        links[slot * LINKS + (records[slot].links + i) % LINKS] = rays[first + i].link;
+        @if(kept || lit) { links[slot * LINKS + (records[slot].links + i) % LINKS] = rays[first + i].link; }
     }
     if count > 0u {
         reflected_light = (reflected_light * samples + sum) / (samples + f32(count));

@@ -24,13 +24,14 @@
 //! Predictions come from [`Model`]s that the measured cells calibrate: the time of each pass for each invocation, which
 //! the plan counts, and the error, both with a factor for each value of each setting.
 
-mod answer;
 mod family;
 mod least_squares;
 mod model;
 mod search;
 
-pub use answer::{Answer, Interval, NoAnswer, Point, Step};
 pub use family::{Axis, Family, Planned};
 pub use model::Model;
-pub use search::{Cell, Goal, Measured, Outcome, Request, Search, Stage, metric, metric_names};
+pub use search::{
+    Answer, Cell, Goal, Interval, Measured, NoAnswer, Outcome, Point, Request, Search, Stage, Step, metric,
+    metric_names,
+};

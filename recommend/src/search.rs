@@ -8,12 +8,14 @@ use halflight_scenes::nearest_name;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    answer::{Interval, NoAnswer},
     family::{Family, Planned},
     model::{Model, Observation},
 };
 
+mod answer;
 mod stages;
+
+pub use answer::{Answer, Interval, NoAnswer, Point, Step};
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,14 +37,14 @@ pub struct Request {
     pub size: [u32; 2],
     /// Width and height of the cells that are measured first, pixels. Equal to `size` to measure all at full size.
     pub reduced: [u32; 2],
-    /// Most cells to measure; `None` for a sixth of the candidates, at least [`FEWEST_CELLS`].
+    /// Most cells to measure; `None` for a fifth of the candidates, at least [`FEWEST_CELLS`].
     pub most_cells: Option<usize>,
 }
 
 /// Cells that every search may measure.
 pub const FEWEST_CELLS: usize = 24;
 /// The share of candidates that a search may measure, if nothing else is asked.
-const SHARE_OF_CANDIDATES: f64 = 1.0 / 6.0;
+const SHARE_OF_CANDIDATES: f64 = 0.2;
 
 /// Part of the search that a cell belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -9,7 +9,7 @@ const KEPT: usize = 3;
 /// A family goes on as long as its best prediction is within this factor of the best of all.
 const CLOSE: f64 = 1.3;
 /// Share of the cells after which effects end.
-const EFFECTS: f64 = 0.7;
+const EFFECTS: f64 = 0.55;
 /// Most cells of combinations and of verification, without the two steps.
 const MOST_COMBINATIONS: usize = 10;
 const MOST_VERIFICATIONS: usize = 6;
@@ -196,7 +196,7 @@ impl Search {
 
     /// The best prediction of each family that is left and close to the best of all, as long as it was not measured.
     fn next_combination(&mut self, spent: f64) -> Option<(usize, Vec<usize>)> {
-        let full = self.cells + MOST_VERIFICATIONS + STEPS > self.most_cells();
+        let full = self.cells + MOST_VERIFICATIONS > self.most_cells();
         if spent > ENDS[1] || self.combinations >= MOST_COMBINATIONS || full {
             return None;
         }
@@ -225,7 +225,7 @@ impl Search {
         let some_verified = self.records.iter().any(|record| record.full && record.measured.is_some());
         if let Some(best) = best.filter(|best| !best.verified)
             && self.verifications < MOST_VERIFICATIONS
-            && (spent < 1.0 || !some_verified)
+            && (spent < 1.0 && self.cells + STEPS < self.most_cells() || !some_verified)
         {
             return verify(self, best);
         }

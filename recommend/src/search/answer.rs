@@ -4,7 +4,7 @@ use halflight_metrics::Metric;
 use halflight_renderer::{gi::Technique, parameters::Settings};
 use serde::Serialize;
 
-use crate::search::{Estimate, Goal, Measured, Search, mean, median};
+use super::{Estimate, Goal, Measured, Search, mean, median};
 
 /// Why there is no answer: one sentence that says what would help.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -184,10 +184,10 @@ impl Search {
             let lowest = known.iter().min_by(|a, b| a.error.total_cmp(&b.error)).unwrap_or(&fastest);
             return Err(NoAnswer(match self.request.goal {
                 Goal::Budget(budget) => format!(
-                    "nothing runs in {} ms at {w}x{h}: the fastest found, {}, takes {} ms; raise --budget-ms or lower --size",
+                    "nothing runs in {} ms at {w}x{h}: the fastest found, {}, takes up to {} ms; raise --budget-ms or lower --size",
                     short(budget),
                     self.point(&fastest).label(),
-                    short(fastest.time)
+                    short(fastest.time_high)
                 ),
                 Goal::ErrorBound(bound) => format!(
                     "no configuration reaches a {name} of {}: the best found, {}, has {} in {} ms; raise --error-bound, or \

@@ -296,10 +296,11 @@ fn every_plan_reads_only_what_was_written_and_wastes_nothing() {
             if plan.resources.iter().enumerate().any(kept) {
                 continue;
             }
+            // The links of a radiance cache are read by the pass that writes them, in later frames.
             // A depth test is read by the pass that writes it, a target of voxels gives the size; the second sum of a
             // short exhaustive one is only bound.
             let result = plan.outputs.values().any(|&output| output == id);
-            let target = ["depth_test", "voxel_target"].iter().any(|target| resource.name.ends_with(target));
+            let target = ["depth_test", "voxel_target", "links"].iter().any(|target| resource.name.ends_with(target));
             assert!(result || target || read.contains(&id) || shared.contains(&id), "nobody reads {}", resource.name);
         }
     }

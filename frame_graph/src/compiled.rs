@@ -377,8 +377,8 @@ fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {
             }
     };
     let same_pass = |(old, new): (&Pass, &Pass)| {
-        (&old.name, old.shader, &old.constants, &old.bindings, &old.cleared, &old.work)
-            == (&new.name, new.shader, &new.constants, &new.bindings, &new.cleared, &new.work)
+        (&old.name, old.shader, &old.constants, &old.bindings, &old.cleared, &old.parts, &old.work)
+            == (&new.name, new.shader, &new.constants, &new.bindings, &new.cleared, &new.parts, &new.work)
     };
     old.display_size == new.display_size
         && old.views == new.views

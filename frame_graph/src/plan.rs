@@ -222,6 +222,12 @@ pub struct Pass {
     pub params: Vec<(&'static str, UniformValue)>,
     /// Buffers that are cleared to zero before the pass.
     pub cleared: Vec<ResourceId>,
+    /// Buffers of which the pass writes one part only, with the number of the part.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<(ResourceId, u32)>,
+    /// Buffers that the pass reads although it also writes them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub continued: Vec<ResourceId>,
     /// What runs.
     pub work: Work,
     /// Part of the frame.
@@ -257,7 +263,8 @@ impl Pass {
         if let Work::Voxelize { target, .. } = self.work {
             written.push(target);
         }
-        (read.into_iter().map(|&(_, id)| id).collect(), written)
+        let read = read.into_iter().map(|(_, id)| id).chain(&self.continued);
+        (read.copied().collect(), written)
     }
 }
 
@@ -435,6 +442,8 @@ impl FramePlan {
                 bindings,
                 params,
                 cleared: Vec::new(),
+                parts: Vec::new(),
+                continued: Vec::new(),
                 work,
                 part,
                 view,

@@ -27,6 +27,19 @@ impl PassBuilder<'_> {
         self
     }
 
+    /// Declares that the pass writes only this part of a buffer and reads nothing of it. Passes that write other parts do
+    /// not run with it. The caller numbers the parts, which must not overlap.
+    pub fn into_part(mut self, buffer: ResourceId, part: u32) -> Self {
+        self.pass.parts.push((buffer, part));
+        self
+    }
+
+    /// As [`PassBuilder::into_part`], for a pass that also reads the parts that earlier passes have written.
+    pub fn after_parts(mut self, buffer: ResourceId, part: u32) -> Self {
+        self.pass.continued.push(buffer);
+        self.into_part(buffer, part)
+    }
+
     /// Gives the reason for the pass.
     pub fn because(mut self, reason: impl Into<String>) -> Self {
         self.pass.reason = reason.into();

@@ -2,6 +2,7 @@
 //! A second table has two lights more, a spot and a point light.
 //!
 //!     cargo run --release -p halflight-evaluator --example reuse -- 320x180
+//!     cargo run --release -p halflight-evaluator --example reuse -- 320x180 three-lights   # the second table alone
 #![allow(clippy::disallowed_macros, reason = "an example prints")]
 
 use std::error::Error;
@@ -91,6 +92,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let size = parse_size(&std::env::args().nth(1).unwrap_or_else(|| "320x180".into()))?;
     let native = NativeGpu::open(&AdapterChoice::from("any"))?;
     println!("{}, commit {COMMIT}, {}x{}, ms (passes that ran)", native.info.name, size[0], size[1]);
+    if std::env::args().nth(2).as_deref() == Some("three-lights") {
+        return lights_alone(&native, size);
+    }
     println!("| technique | anything | the sun turns | the camera moves | the next frame | the same frame |");
     println!("|---|---:|---:|---:|---:|---:|");
     for name in ["none", "rsm", "hybrid", "hierarchical", "bitmask"] {

@@ -8,12 +8,15 @@ use serde::Serialize;
 
 mod dependencies;
 mod display;
+mod division;
 mod limits;
 mod pass_builder;
 
 pub(crate) use dependencies::Dependencies;
 pub use dependencies::{Cause, Dependency, When};
 pub use display::bytes_in_words;
+pub(crate) use division::{DIVISION, Part as DispatchPart};
+pub use division::{WORK_ON_GPU, WORK_ON_PROCESSOR};
 pub use limits::{BeyondLimits, Demand, DeviceLimits, ExternalSize, Limit, check_external};
 pub use pass_builder::{PassBuilder, Tile};
 
@@ -230,6 +233,8 @@ pub struct Pass {
     pub continued: Vec<ResourceId>,
     /// What runs.
     pub work: Work,
+    /// Work of one invocation of its compute shader: see [`PassBuilder::costs`].
+    pub cost: u64,
     /// Part of the frame.
     pub part: Part,
     /// Index in [`FramePlan::views`] of the view that it renders; `None` for the display's.
@@ -445,6 +450,7 @@ impl FramePlan {
                 parts: Vec::new(),
                 continued: Vec::new(),
                 work,
+                cost: 1,
                 part,
                 view,
                 reason: String::new(),

@@ -40,6 +40,13 @@ impl PassBuilder<'_> {
         self.into_part(buffer, part)
     }
 
+    /// Declares the work of one invocation, in fetches of a texel with the arithmetic around them: for a pass whose work
+    /// grows with a setting. It decides into how many dispatches the pass is divided.
+    pub fn costs(mut self, work: u64) -> Self {
+        self.pass.cost = work;
+        self
+    }
+
     /// Gives the reason for the pass.
     pub fn because(mut self, reason: impl Into<String>) -> Self {
         self.pass.reason = reason.into();

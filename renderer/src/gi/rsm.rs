@@ -94,6 +94,9 @@ impl Maps {
     }
 }
 
+/// Work of a lit surface: three corners, a material and its texture.
+const LIT_SURFACE: u64 = 16;
+
 /// Where the surfaces of a view are written.
 enum Target {
     Map(ReflectiveShadowMap),
@@ -185,8 +188,10 @@ impl ViewDrawing {
             seen: scene.only_seen_surfaces_send.then_some(depth),
             kept: pyramid,
         };
-        let pass =
-            plan.pass(Part::Technique, format!("lit_surfaces_{index}"), run).because("lit surfaces reflect light");
+        let pass = plan
+            .pass(Part::Technique, format!("lit_surfaces_{index}"), run)
+            .because("lit surfaces reflect light")
+            .costs(LIT_SURFACE);
         let pass = if let Some(pyramid) = pyramid { pass.into_part(pyramid, index as u32) } else { pass };
         pass.over([self.size; 2]);
     }
@@ -229,6 +234,9 @@ const LARGEST_BUFFER: u64 = 1 << 27;
 
 /// Number of points on all emitters: as many as a map has texels that matter.
 const EMITTER_POINTS: u32 = 1024;
+
+/// Receivers that estimate the importance of a surface: the square of `RECEIVERS` in reflective_shadow_maps/importance.wgsl.
+const RECEIVERS: u64 = 64;
 
 /// Bytes of a surface in each buffer of all surfaces, and of a virtual point light.
 const ENTRY: u64 = 16;
@@ -335,6 +343,7 @@ pub fn plan_virtual_point_lights(
         };
         plan.pass(Part::Technique, format!("collect_{index}"), run)
             .because("importance of each lit surface for the camera's view")
+            .costs(RECEIVERS)
             .over([size; 2]);
         use_map(plan, maps, index, view);
     })?;

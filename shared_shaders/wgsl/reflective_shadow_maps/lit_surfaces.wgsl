@@ -3,6 +3,7 @@
 // first triangle on each texel's ray. That surface is lit, so no shadow test is needed. With `receive_only`, some
 // surfaces send nothing. With `seen`, only surfaces that the camera sees send light. With `kept`, the map is written to the
 // finest level of the pyramid over all maps.
+import package::common::division::Division;
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{LARGEST_RADIANCE, PI};
 import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vertex_normal, light_incidence};
@@ -13,6 +14,7 @@ import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vert
 import package::reflective_shadow_maps::light_surface::pack_light;
 import package::common::shadow_view::ShadowView;
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> shadow_view: ShadowView;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> indices: array<u32>;
@@ -104,21 +106,22 @@ fn write_texel(texel: vec2u, size: vec2u, position: vec4f, surface: vec4u) {
 }
 
 @compute @workgroup_size(8, 8)
-fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
+fn lit_surfaces(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
     let size = textureDimensions(triangles);
-    if any(id.xy >= size) {
+    if any(id >= size) {
         return;
     }
-    let triangle = textureLoad(triangles, id.xy, 0).x;
+    let triangle = textureLoad(triangles, id, 0).x;
     if triangle == 0u {
-        write_texel(id.xy, size, vec4f(0.0), vec4u(0u));
+        write_texel(id, size, vec4f(0.0), vec4u(0u));
         return;
     }
     let first = 3u * (triangle - 1u);
     let a = corner(indices[first]);
     let b = corner(indices[first + 1u]);
     let c = corner(indices[first + 2u]);
-    let ndc = (vec2f(id.xy) + 0.5) / vec2f(size) * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0);
+    let ndc = (vec2f(id) + 0.5) / vec2f(size) * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0);
     let weights = weights_at(ndc, a.clip, b.clip, c.clip);
     let position = mat3x3f(a.world, b.world, c.world) * weights;
     let material_index = vertices[indices[first]].material;
@@ -158,5 +161,5 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     @if(seen) {
         albedo *= f32(is_seen(position, normal));
     }
-    write_texel(id.xy, size, vec4f(position, 1.0), pack_light(area, normal, irradiance * albedo / PI));
+    write_texel(id, size, vec4f(position, 1.0), pack_light(area, normal, irradiance * albedo / PI));
 }

@@ -36,10 +36,10 @@ pub enum Continuity {
     Static,
 }
 
-/// Largest motion of the camera in one frame, in near-plane distances. The near plane is at 1e-4 of the diagonal of
+/// Largest motion of the camera in one frame, in near-plane distances. The near plane is at 1e-6 of the diagonal of
 /// what is looked at. A camera that moves more than a twentieth of the diagonal per frame crosses that in a third of a
 /// second, which nobody could follow.
-const TELEPORT_NEAR_PLANES: f32 = 500.0;
+const TELEPORT_NEAR_PLANES: f32 = 5e4;
 
 impl View {
     /// The first frame of this camera. `near` is in scene units.

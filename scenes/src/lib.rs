@@ -23,6 +23,7 @@ pub mod bundled;
 mod data;
 mod error;
 pub mod generators;
+mod lengths;
 mod load;
 mod moves;
 mod needs;
@@ -32,6 +33,7 @@ mod write;
 
 pub use data::{Camera, Environment, Light, Material, Mesh, Model, ModelSource, Scene, Texture, Transform};
 pub use error::{SceneError, one_line};
+pub use lengths::{LENGTHS, check_length};
 pub use load::keys;
 pub use load::{DiskFiles, FileSource, MemoryFiles, load_scene, nearest_name};
 pub use moves::{CameraKeyframe, Keyframe, Motion, Moves};

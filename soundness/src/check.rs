@@ -31,6 +31,16 @@ pub struct Check {
     pub clamped: u64,
     /// Largest value of all light, radiance.
     pub largest: f64,
+    /// 99.9th percentile of indirect light over pixels and channels, radiance.
+    pub percentile: f64,
+}
+
+/// The 99.9th percentile of the finite channels of all pixels; 0 for an empty image.
+pub(crate) fn percentile_999(pixels: &[[f32; 3]]) -> f64 {
+    let mut values: Vec<f32> = pixels.iter().flatten().copied().filter(|v| v.is_finite()).collect();
+    values.sort_by(f32::total_cmp);
+    let index = (0.999 * values.len() as f64).ceil() as usize;
+    values.get(index.saturating_sub(1)).map_or(0.0, |&v| v.into())
 }
 
 impl Check {
@@ -48,6 +58,7 @@ impl Check {
             detail: String::new(),
             clamped: 0,
             largest: 0.0,
+            percentile: 0.0,
         }
     }
 

@@ -23,6 +23,12 @@ pub(crate) fn parameter(technique: &Technique, name: &str) -> Option<Parameter> 
     (technique.parameters)().into_iter().find(|parameter| parameter.name == name)
 }
 
+/// The value of a technique's parameter of this name with these settings; `None` if it has no such parameter.
+pub(crate) fn value(technique: &Technique, settings: &Settings, name: &str) -> Option<Value> {
+    let declared = parameter(technique, name)?;
+    Some(settings.get(&declared.key()).unwrap_or(&declared.default).clone())
+}
+
 /// Number of bounces with these settings.
 pub(crate) fn bounces(technique: &Technique, settings: &Settings) -> u32 {
     let key = format!("{}.bounces", technique.name);

@@ -33,7 +33,7 @@ parameters! {
         /// Largest distance of a sample in a map, as a share of the map's width.
         map_radius: f32 = 0.3, in 0.001..=1.5, unit "1", grid [0.3], role Uniform;
         /// Brightness of the published weighting.
-        intensity: f32 = 1.0, in 0.0..=1e9, unit "1", grid [1.0], role Uniform;
+        intensity: f32 = 1.0, in 0.0..=1e9, unit "scene units squared", grid [1.0], role Uniform;
         /// Width and height of each map.
         light_view_size: u32 = 256, in 8..=1024, unit "px", grid [256, 512], role Plan;
         /// Storage of light at full resolution. float16 has half the bytes and clamps at 65,504.

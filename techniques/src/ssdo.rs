@@ -31,7 +31,7 @@ parameters! {
         /// Radius of the hemisphere; 0 takes a thirtieth of the diagonal of what is looked at.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
         /// Brightness of the published weighting.
-        intensity: f32 = 1.0, in 0.0..=1e9, unit "1", grid [1.0], role Uniform;
+        intensity: f32 = 1.0, in 0.0..=1e9, unit "scene units squared", grid [1.0], role Uniform;
         /// Storage of light at full resolution. float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
     }

@@ -26,7 +26,7 @@ pub struct PlanInputs<'a> {
 /// other settings and sizes to find those that would fit.
 ///
 /// # Errors
-/// An error of `plan`, or a plan that the device cannot hold: what is too large, by how much, and what would fit.
+/// An error of `plan`, a scene whose lengths float32 cannot compute with ([`SceneFacts::check_lengths`]), or a plan that the device cannot hold: what is too large, by how much, and what would fit.
 pub fn plan_within(
     device: &DeviceLimits,
     facts: &SceneFacts,
@@ -43,6 +43,7 @@ pub fn plan_within(
              at most {w}x{h} pixels"
         )));
     }
+    facts.check_lengths()?;
     let made = plan(inputs.settings, inputs.size)?;
     match made.check(device, &|name| facts.size.buffer(name)) {
         Ok(()) => Ok(made),

@@ -1,13 +1,14 @@
 //! Facts about a scene that a plan needs, without geometry or device.
 
-use halflight_scenes::{Camera, Scene, SceneNeeds};
+use glam::Vec3;
+use halflight_scenes::{Camera, Scene, SceneNeeds, check_length};
 
 use super::{
     EmittingTriangle, Extent, SceneSize, ShadowLayer,
-    bounds::diagonal,
     emitters::emitting_triangles,
     shadow::{far_shadow_layers, shadow_layers},
 };
+use crate::parameters::SettingsError;
 
 /// Facts about a scene that a plan needs, without geometry or device.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,10 +76,21 @@ impl SceneFacts {
         let lights = scene.pose(0).lights;
         self.extent = extent;
         self.bounds = [low.to_array(), high.to_array()];
-        // Reversed depth is precise at all distances, so the near plane may be close. It only has to stay above zero.
-        self.near = (diagonal(extent.focus) * 1e-4).max(f32::MIN_POSITIVE * 1e10);
+        self.near = extent.near();
         self.shadow_layers = shadow_layers(&lights, &extent, scene);
         self.far_shadow_layers = far_shadow_layers(&lights, &extent, scene);
+    }
+
+    /// Whether float32 can compute with the scene's lengths, those of what is looked at included
+    /// ([`halflight_scenes::LENGTHS`]).
+    ///
+    /// # Errors
+    /// What is too small or too large, and the fix.
+    pub fn check_lengths(&self) -> Result<(), SettingsError> {
+        let length = |(low, high): (Vec3, Vec3)| low.as_dvec3().distance(high.as_dvec3());
+        check_length("the scene's diagonal", length(self.extent.scene))
+            .and_then(|()| check_length("the diagonal of what is looked at", length(self.extent.focus)))
+            .map_err(SettingsError)
     }
 
     /// These facts for a technique that takes no light: it does not matter which surfaces send some.

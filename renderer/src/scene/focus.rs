@@ -28,6 +28,11 @@ const MUCH_LARGER: f32 = 4.0;
 /// Most cameras of a path that are looked through.
 const MOST_CAMERAS: u32 = 16;
 
+/// Distance of near planes, as a share of the diagonal of what is looked at. Reversed depth is precise at all distances,
+/// so that a near plane costs nothing: surfaces may be a million times closer than others. It is above the steps of float32
+/// at the scene's farthest positions, 1e-7, because corners that the near plane cuts are rounded to them.
+const NEAR: f32 = 1e-6;
+
 /// Number of boxes around the focus that get coarser shadow maps.
 const FAR_BOXES: usize = 2;
 /// Each of them is larger by this factor.
@@ -63,6 +68,11 @@ impl Extent {
     /// Whether the shadow maps of directional lights, the far ones too, cover the whole scene.
     pub fn is_covered(&self) -> bool {
         self.around().last().unwrap_or(&self.focus) == &self.scene
+    }
+
+    /// Distance of the near planes of cameras and lights, scene units.
+    pub(crate) fn near(&self) -> f32 {
+        (diagonal(self.focus) * NEAR).max(f32::MIN_POSITIVE * 1e10)
     }
 
     /// Boxes around the focus, each larger by one factor than the last, until one is the whole scene; at most

@@ -33,8 +33,7 @@ const MARGIN: f32 = 0.01;
 /// The layers of these lights, in their order: one for a directional light or a narrow spot light, otherwise six. Those
 /// of directional lights show what is looked at.
 pub(crate) fn shadow_layers(lights: &[Light], extent: &Extent, scene: &Scene) -> Vec<ShadowLayer> {
-    // The near plane of a light is a small share of what is looked at. Reversed depth is precise at all distances.
-    let near = diagonal(extent.focus).max(f32::MIN_POSITIVE) * 1e-4;
+    let near = extent.near();
     let looks_at = |light: &Light| match *light {
         Light::Directional { direction, .. } if extent.is_part() => {
             vec![directional_part(direction.into(), extent.focus, scene)]

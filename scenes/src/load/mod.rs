@@ -69,7 +69,8 @@ use crate::{Light, Mesh, ModelSource, Motion, Scene, SceneError, Transform};
 /// # Errors
 /// One sentence with the file, the line (if there is one) and the fix: a file that cannot be read, an unknown key, a
 /// value of the wrong type or out of range, a model without faces, with a vertex that is not finite, with an index out of
-/// range, or with a compression or an extension that it needs and that is not read.
+/// range, or with a compression or an extension that it needs and that is not read; a scene whose lengths are outside of
+/// [`crate::LENGTHS`].
 pub fn load_scene(files: &dyn FileSource, path: &Path) -> Result<Scene, SceneError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     if extension != "toml" && !is_model(path) {
@@ -98,6 +99,7 @@ pub fn load_scene(files: &dyn FileSource, path: &Path) -> Result<Scene, SceneErr
         }
     }
     textures::warn(&mut reader);
+    reader.scene.check_lengths().map_err(|problem| SceneError(format!("{}: {problem}", path.display())))?;
     Ok(reader.scene)
 }
 

@@ -191,6 +191,11 @@ struct Plane {
     faces: bool,
 }
 
+/// A receiver is on a plane if the plane's inverse depth on the receiver's ray differs by this share at most; above the
+/// rounding of depths. Such a receiver is in the crease of a wall, which faces it: from behind it would be lit by nothing.
+/// Rounding must not choose, because it changes with the world's unit.
+const SAME_PLANE: f32 = 2e-5;
+
 /// The texel at a distance of `way` pixels from the receiver, and the offset from its middle, in texels.
 struct TexelPosition {
     texel: vec2i,
@@ -210,7 +215,7 @@ fn plane_of(receiver: Receiver, side: Side, words: vec4u, offset: vec2f, way: f3
     let here = own + receiver.depth * dot(gradient, offset);
     let change = receiver.depth * dot(gradient, side.step);
     let first = here - way * change;
-    return Plane(own, here, first, change, first < 1.0);
+    return Plane(own, here, first, change, first < 1.0 + SAME_PLANE);
 }
 
 /// A position seen along `ray`: coordinates in the slice times the inverse depth, which is in z. Directions then need

@@ -19,6 +19,11 @@ fn inverse_tolerance(depth: f32, coarse_scale: f32, tan_half_fov_vertical: f32, 
 /// Lower bound of the sum of weights, which is at most one. Below it, no parent shows the surface.
 const MIN_WEIGHT: f32 = 1e-4;
 
+/// If no parent shows the surface, the one nearest in depth is used. Another one replaces it only if it is nearer by this
+/// share of the depth, which is far above rounding: two walls that are equally far away would otherwise win at random, by
+/// the rounding of their depths.
+const NEARER: f32 = 3e-5;
+
 /// Spatial weights of three texels in a row for a position `f` in -0.5..0.5 around the middle one: quadratic B-spline,
 /// which is smooth and sums to one.
 fn spline_weights(f: f32) -> vec3f {

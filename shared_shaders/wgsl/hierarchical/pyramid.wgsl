@@ -39,6 +39,11 @@ const G3_WIDTH: f32 = 1.0;
 // with the scene. Small against any difference in support.
 const TIE: f32 = 0.01;
 
+// Where two children are alike up to rounding, the first one wins. A symmetric view has such pairs in its middle at every
+// level: rounding, which changes with the world's unit, must not choose between its two sides. Relative to the value, so
+// that it scales; above the rounding of depths and scores (some 1e-7), below any difference between surfaces.
+const ORDER: f32 = 3e-5;
+
 @if(!from_gbuffer)
 fn load(pixel: vec2i) -> Surfel {
     let words = textureLoad(children, pixel, 0);
@@ -124,6 +129,7 @@ fn load_child(first: vec2i, child_offset: vec2u) -> Child {
             value += score(pixel, surfel);
         }
     }
+    value -= value * ORDER * f32(child_offset.x + 2u * child_offset.y);
     return Child(surfel, child_offset, at, select(0.0, value, surfel.depth > SKY_DEPTH), on_screen);
 }
 

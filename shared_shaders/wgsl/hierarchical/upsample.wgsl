@@ -6,7 +6,7 @@ import package::common::view::{View, SKY_DEPTH};
 @if(to_display) import package::common::view::{uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
-import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, kernel_weights, MIN_WEIGHT};
+import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, kernel_weights, MIN_WEIGHT, NEARER};
 
 struct Params {
     // Widths of a texel of each level in full-resolution pixels.
@@ -89,7 +89,7 @@ fn add(sum: Sum, fine: Fine, inverse_tolerance: f32, parent: Parent, kernel: f32
     let gap = abs(parent.depth - fine.depth);
     return Sum(
         sum.weighted + weight * vec4f(parent.indirect, 1.0),
-        select(sum.closest, vec4f(parent.indirect, gap), gap < sum.closest.w),
+        select(sum.closest, vec4f(parent.indirect, gap), gap + NEARER * fine.depth < sum.closest.w),
     );
 }
 
@@ -126,7 +126,8 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
         let column = kernel_weights(KERNEL, f.x);
         let row = kernel_weights(KERNEL, f.y);
         let nearness = tolerance / max(fine.depth, SMALLEST_DEPTH);
-        var sum = Sum(vec4f(0.0), vec4f(0.0, 0.0, 0.0, FAR));
+        // Of parents that are equally near, the middle one is used.
+        var sum = Sum(vec4f(0.0), vec4f(parent_11.indirect, abs(parent_11.depth - fine.depth)));
         sum = add(sum, fine, nearness, parent_00, column.x * row.x);
         sum = add(sum, fine, nearness, parent_10, column.y * row.x);
         sum = add(sum, fine, nearness, parent_20, column.z * row.x);

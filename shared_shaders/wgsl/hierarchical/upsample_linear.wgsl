@@ -7,7 +7,7 @@ import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(packed && !ambient_visibility) import package::common::surfel::surfel_radiance;
 @if(float16) import package::common::math::LARGEST_FLOAT16;
-import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN_WEIGHT};
+import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN_WEIGHT, NEARER};
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var coarse_surfels: texture_2d<u32>;
@@ -65,7 +65,7 @@ fn add(sum: Sum, fine: Fine, parent: Parent, kernel: f32) -> Sum {
     let gap = abs(parent.depth - fine.depth);
     return Sum(
         sum.weighted + weight * vec4f(parent.light, 1.0),
-        select(sum.closest, vec4f(parent.light, gap), gap < sum.closest.w),
+        select(sum.closest, vec4f(parent.light, gap), gap + NEARER * fine.depth < sum.closest.w),
     );
 }
 

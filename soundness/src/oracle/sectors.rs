@@ -30,6 +30,9 @@ pub struct Gather {
     pub seed: u32,
 }
 
+/// The shader's `SAME_PLANE` (common/slice.wgsl): a receiver in a crease is in front of both planes.
+const SAME_PLANE: f64 = 2e-5;
+
 /// Light and ambient visibility of a receiver.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Found {
@@ -158,7 +161,7 @@ impl Gather {
         let own_inverse = inverse_at(middle_of).clamp(0.5 / source.depth, 2.0 / source.depth);
         let inverse = |way: f64| own_inverse + inverse_at(ray_of(own + way * step)) - inverse_at(middle_of);
         let on_plane = |way: f64| ray_of(own + way * step) / inverse(way).clamp(0.5 * own_inverse, 2.0 * own_inverse);
-        let faces = inverse(0.0) * receiver.depth < 1.0;
+        let faces = inverse(0.0) * receiver.depth < 1.0 + SAME_PLANE;
         side.before = (way, own_inverse);
         let seen = ray_of(own + way * step) / inverse(way);
         let back = ray_of(own + way * step).normalize() * self.thickness;

@@ -19,6 +19,8 @@ use crate::{
     settings::{parameter, with_small_shadows},
 };
 
+mod single_pixels;
+
 pub(super) const GROUP: &str = "closed forms";
 
 /// Largest change of a unit normal's length by float16. A driver may truncate instead of rounding, which changes each
@@ -28,7 +30,14 @@ pub(super) const SHORT_NORMAL: f64 = 8.46e-4;
 pub(super) fn run(suite: &mut Suite) {
     each(suite, "a pixel alone receives nothing", &scenes::court(), alone);
     each(suite, "a plane does not light itself", &plane(), plane_alone);
-    each(suite, "a furnace: no point receives more than its walls send", &bundled("furnace"), furnace);
+    let row = "a furnace: no point receives more than its walls send";
+    each(suite, row, &bundled("furnace"), single_pixels::largest);
+    each(
+        suite,
+        "a white room: no point receives more than its lamp sends",
+        &scenes::white_room(),
+        single_pixels::largest,
+    );
     each(suite, "everything glows: no surface in view is without light", &scenes::glowing_bars(), none_is_black);
     each(suite, "normals of unit length where vertex normals part", &parted_normals(), unit_normals);
     each(suite, "the final image is the sum of its parts", &scenes::lamp_court(), sum_of_parts);
@@ -106,27 +115,6 @@ fn plane_alone(
     // over a plane that fills the view would give 1e-3 at most.
     let reason = "no part of a plane sees another; normals of 11 bits tilt it by 5e-4 on both sides";
     Ok(vec![check.clone().bounded("indirect light over the plane's radiance", share, 1e-3, reason)])
-}
-
-fn furnace(
-    session: &Session,
-    technique: &'static Technique,
-    settings: &Settings,
-    check: &Check,
-) -> Result<Vec<Check>, Error> {
-    let frames = frame(session, technique, settings, [64, 48])?;
-    let light = frames.read_rgb("indirect")?.unwrap_or_default();
-    let largest = f64::from(light.iter().flatten().fold(0.0f32, |a, &b| a.max(b)));
-    let sent =
-        f64::from(frames.read_rgb("direct")?.unwrap_or_default().iter().flatten().fold(0.0f32, |a, &b| a.max(b)));
-    let measure = "largest indirect light over what the walls send";
-    let eq3 = settings.values().any(|value| *value == Value::Text("eq3".into()));
-    let exact = technique.name == "exhaustive" && !eq3;
-    Ok(vec![if exact {
-        check.clone().bounded(measure, largest / sent, 1.02, "discs overlap a little in a corner")
-    } else {
-        check.clone().reported(measure, largest / sent, "samples and unbounded form factors scatter about it")
-    }])
 }
 
 /// Settings under which the hierarchical technique promises that no surface is black in a scene where everything glows:

@@ -14,12 +14,12 @@ use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, check_settings},
 };
-use halflight_scenes::{CameraKeyframe, Keyframe, Light, MemoryFiles, Motion, Scene, load_scene};
+use halflight_scenes::{CameraKeyframe, Keyframe, Light, Material, MemoryFiles, Motion, Scene, load_scene};
 use halflight_techniques::parameters_of;
 
 use super::Suite;
 use crate::{
-    check::Check,
+    check::{Check, percentile_999},
     scenes::{self, bundled, everything, scaled},
     settings::{bounces, with_small_shadows, words},
     switches,
@@ -43,11 +43,15 @@ struct Extreme {
     expect: Expect,
     /// Number of frames; each one is checked.
     frames: u32,
+    /// Number of the first frame.
+    first: u32,
+    /// Depth of the nearest surface in view, scene units; not checked if 0.
+    nearest: f32,
 }
 
 impl Extreme {
     fn new(group: &'static str, row: impl Into<String>, scene: Scene) -> Self {
-        Self { group, row: row.into(), scene, size: [33, 17], expect: Expect::Light, frames: 1 }
+        Self { group, row: row.into(), scene, size: [33, 17], expect: Expect::Light, frames: 1, first: 0, nearest: 0.0 }
     }
 
     fn sized(self, size: [u32; 2]) -> Self {
@@ -60,6 +64,14 @@ impl Extreme {
 
     fn over(self, frames: u32) -> Self {
         Self { frames, ..self }
+    }
+
+    fn from(self, first: u32) -> Self {
+        Self { first, ..self }
+    }
+
+    fn with_nearest(self, nearest: f32) -> Self {
+        Self { nearest, ..self }
     }
 }
 
@@ -107,14 +119,14 @@ fn examine(
     let count = if frames.plan().has_history() { extreme.frames.max(2) } else { extreme.frames };
     let mut found = Found::default();
     for frame in 0..count {
-        frames.run(frame)?;
+        frames.run(extreme.first.wrapping_add(frame))?;
         found.add(&frames)?;
     }
     let bad = check
         .clone()
         .bounded("values not finite, or light below zero", found.bad as f64, 0.0, "no such value is ever written")
         .detail(format!("{} at {}x{}", found.position, extreme.size[0], extreme.size[1]));
-    let bad = Check { clamped: found.clamped, largest: f64::from(found.largest), ..bad };
+    let bad = Check { clamped: found.clamped, largest: f64::from(found.largest), percentile: found.percentile, ..bad };
     let light = match extreme.expect {
         Expect::Black => {
             check.clone().bounded("largest value of light", f64::from(found.largest), 0.0, "nothing sends light")
@@ -137,7 +149,16 @@ fn examine(
             )
         }
     };
-    Ok(vec![bad, light])
+    let mut checks = vec![bad, light];
+    if extreme.nearest > 0.0 {
+        let depth = frames.read_rgb("depth")?.unwrap_or_default();
+        let seen = depth.iter().map(|depth| depth[0]).filter(|&depth| depth > 0.0).fold(f32::INFINITY, f32::min);
+        let off = f64::from(seen / extreme.nearest - 1.0).abs();
+        let reason =
+            "the near plane cuts nothing; the nearest surface faces the eye, so that rounding alone changes its depth";
+        checks.push(check.clone().bounded("relative error of the nearest depth", off, 1e-4, reason));
+    }
+    Ok(checks)
 }
 
 /// What the checks of several frames found.
@@ -148,6 +169,7 @@ struct Found {
     clamped: u64,
     largest: f32,
     largest_direct: f32,
+    percentile: f64,
 }
 
 impl Found {
@@ -174,6 +196,9 @@ impl Found {
             let pixels = frames.read_rgb(name)?.unwrap_or_default();
             Ok(pixels.iter().flatten().copied().filter(|v| v.is_finite()).fold(0.0, f32::max))
         };
+        if let Some(light) = frames.read_rgb("indirect")? {
+            self.percentile = self.percentile.max(percentile_999(&light));
+        }
         self.largest_direct = self.largest_direct.max(largest("direct")?);
         for name in LIGHT {
             self.largest = self.largest.max(largest(name)?);
@@ -230,7 +255,9 @@ fn geometry() -> Vec<Extreme> {
                 scene.camera.target = [0.0, 1e-3, -2.0];
             }),
         ),
-        Extreme::new(group, "the largest depth ratio that a near plane of 1e-4 of the scene leaves", depth_ratio()),
+        Extreme::new(group, "a depth ratio of a million", depth_ratio()).with_nearest(1.1),
+        Extreme::new(group, "a thing near the eye on a ground of 40 km", near_and_far()).with_nearest(0.625),
+        Extreme::new(group, "coplanar faces of different colours", coplanar()),
         Extreme::new(
             group,
             "a surface on the near plane",
@@ -269,14 +296,37 @@ fn normals(scene: &mut Scene, normal: [f32; 3]) {
     scene.meshes.iter_mut().for_each(|mesh| mesh.normals.fill(normal));
 }
 
-/// A glowing plate just behind the near plane, and a floor that is a million units long: ten thousand times as far.
+/// A glowing plate just behind the near plane, and a floor that is a million units long: a million times as far.
 fn depth_ratio() -> Scene {
     let mut scene = scenes::court();
     let floor = scenes::quad(Vec3::new(-1e5, -20.0, 0.0), 2e5 * Vec3::X, -1e6 * Vec3::Z, 0);
-    let plate = scenes::quad(Vec3::new(-20.0, -20.0, -5.0), 30.0 * Vec3::X, 30.0 * Vec3::Y, 2);
+    let plate = scenes::quad(Vec3::new(-0.2, -0.2, -5.0), 0.3 * Vec3::X, 0.3 * Vec3::Y, 2);
     scene.meshes = vec![floor, plate];
     scene.materials.push(scenes::emitter(1.0));
-    scene.camera = scenes::camera([0.0, 0.0, 105.0], [0.0, 0.0, 0.0], 60.0);
+    scene.camera = scenes::camera([0.0, 0.0, -3.9], [0.0, 0.0, -5.0], 60.0);
+    scene
+}
+
+/// A ground of 40 km with a mountain at its end, all in view, and a small block at arm's length before the eye. Its near
+/// side is at a multiple of the step of float32 there, 1/512.
+fn near_and_far() -> Scene {
+    let mut scene = scenes::court();
+    let eye = Vec3::new(0.0, 900.0, 19_000.0);
+    scene.meshes = vec![
+        scenes::quad(Vec3::new(-2e4, 0.0, 2e4), 4e4 * Vec3::X, -4e4 * Vec3::Z, 0),
+        scenes::quad(Vec3::new(-2e4, 0.0, -2e4), 4e4 * Vec3::X, 8e3 * Vec3::Y, 1),
+        scenes::block(eye + Vec3::new(-0.1, -0.1, -0.7), eye + Vec3::new(0.1, 0.1, -0.625), 1),
+    ];
+    scene.camera = scenes::camera(eye.to_array(), (eye - Vec3::Z).to_array(), 60.0);
+    scene
+}
+
+/// The court with a second face in the plane of its floor and another one in that of its wall, which overlap them.
+fn coplanar() -> Scene {
+    let mut scene = scenes::court();
+    scene.materials.push(Material { albedo: [0.1, 0.8, 0.2], ..Material::default() });
+    scene.meshes.push(scenes::quad(Vec3::new(-1.3, 0.0, 1.7), 2.9 * Vec3::X, -3.1 * Vec3::Z, 2));
+    scene.meshes.push(scenes::quad(Vec3::new(-1.1, 0.3, -2.0), 2.3 * Vec3::X, 2.1 * Vec3::Y, 2));
     scene
 }
 
@@ -312,7 +362,10 @@ fn image() -> Vec<Extreme> {
         size("odd and prime", [31, 37]),
         size("smaller than the coarsest level", [2, 3]),
         size("4096 pixels wide", [4096, 2]),
+        size("7680 pixels wide", [7680, 2]),
         size("aspect 10:1", [160, 16]),
+        size("aspect 1000:1", [2000, 2]),
+        size("aspect 1:1000", [2, 2000]),
         Extreme::new(group, "a field of view of 1 degree", fov(1.0)),
         Extreme::new(group, "a field of view of 170 degrees", fov(170.0)),
     ]
@@ -409,6 +462,10 @@ fn motion() -> Vec<Extreme> {
         Extreme::new(group, "camera teleports", teleport).over(5),
         Extreme::new(group, "an object that tumbles through the eye", tumble).over(6),
         Extreme::new(group, "a scene that moves", bundled("motion")).over(3),
+        Extreme::new(group, "the largest frame numbers, and 0 after them", scenes::court()).from(u32::MAX - 1).over(4),
+        Extreme::new(group, "a scene that moves, at the largest frame numbers", bundled("motion"))
+            .from(u32::MAX - 1)
+            .over(3),
     ]
 }
 

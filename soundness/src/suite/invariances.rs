@@ -18,9 +18,11 @@ use halflight_scenes::{CameraKeyframe, Keyframe, Light, Mesh, Motion, Scene};
 use super::Suite;
 use crate::{
     check::Check,
-    scenes::{self, scaled},
+    scenes,
     settings::{parameter, with_small_shadows},
 };
+
+mod units;
 
 const GROUP: &str = "invariances";
 /// Small, and a multiple of the texel size of every level, so that mirroring maps texels onto texels.
@@ -60,7 +62,7 @@ impl Subject<'_> {
     /// visibility grid cover the same parts of both.
     fn same_mean(&self, scene: &Session, twin: &Scene, same_voxels: bool) -> Result<Vec<Check>, Error> {
         let twin = Session::new(scene.native, twin);
-        Ok(vec![self.drift_from(scene, &twin, self, same_voxels)?])
+        Ok(vec![self.drift_from(scene, &twin, self, same_voxels, SIZE)?])
     }
 
     /// Relative difference of the mean of the twin's image, with its own settings, to that of the scene.
@@ -70,17 +72,21 @@ impl Subject<'_> {
         twin: &Session,
         in_twin: &Subject,
         same_voxels: bool,
+        size: [u32; 2],
     ) -> Result<Check, Error> {
-        let (a, b) = (self.frame(scene, SIZE, 0)?, in_twin.frame(twin, SIZE, 0)?);
+        let (a, b) = (self.frame(scene, size, 0)?, in_twin.frame(twin, size, 0)?);
         let check = self.check.clone().bounded(DRIFT, drift(&a, &b), LARGEST_DRIFT, AT_EDGES);
         let check = check.detail(format!("root mean square {:.1e} of the mean", difference(&a, &b)));
-        let frames = self.frames(scene, SIZE, 0)?;
-        if !check.is_red() || !has_reflective_shadow_maps(frames.plan()) {
+        let frames = self.frames(scene, size, 0)?;
+        // One ray hits or misses as a whole.
+        let by_chance = has_reflective_shadow_maps(frames.plan()) || self.technique.name == "ray-march";
+        if !check.is_red() || !by_chance {
             return Ok(check);
         }
-        // Rounding alone can change which virtual point lights are chosen, so means of many frames are compared with their noise.
+        // Rounding alone can change which virtual point lights are chosen, or what a ray hits, so means of many frames are
+        // compared with their noise.
         let [ours, theirs] = [(self, scene), (in_twin, twin)].map(|(subject, session)| {
-            (0..SEEDS).map(|seed| Ok(mean(&subject.mean(session, SIZE, seed)?))).collect::<Result<Vec<_>, Error>>()
+            (0..SEEDS).map(|seed| Ok(mean(&subject.mean(session, size, seed)?))).collect::<Result<Vec<_>, Error>>()
         });
         let (ours, theirs) = (ours?, theirs?);
         let average = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
@@ -102,7 +108,7 @@ const LARGEST_DRIFT: f64 = 2e-3;
 const AT_EDGES: &str = "rounding alone: a pixel on an edge may show the other surface";
 /// Number of seeds from which the noise of a mean is estimated.
 const SEEDS: u32 = 6;
-const AT_CHANCE: &str = "rounding changes the chosen virtual point lights: five standard errors of the difference, estimated from other seeds";
+const AT_CHANCE: &str = "rounding changes the chosen virtual point lights or what a ray hits: five standard errors of the difference, estimated from other seeds";
 
 const DRIFT: &str = "relative change of the mean";
 const BITS: &str = "values that differ in a bit";
@@ -140,7 +146,7 @@ type Row = fn(&Session, Subject) -> Result<Vec<Check>, Error>;
 const ROWS: &[(&str, Row)] = &[
     ("two runs with one seed", one_seed),
     ("brightness scales with light", brightness),
-    ("world units", units),
+    ("world units", units::units),
     ("translation of the whole scene", translation),
     ("rotation of the whole scene", rotation),
     ("mirroring", mirroring),
@@ -160,16 +166,26 @@ pub(super) fn run(suite: &mut Suite) {
     for (row, run) in ROWS {
         each(suite, row, |subject| run(&session, subject));
     }
+    units::run(suite);
     let moving = uncovered();
     let session = Session::new(suite.native, &moving);
     with_history(suite, "what was hidden in the frame before has no history", &session, disoccluded);
+    let still = scenes::lamp_court();
+    let session = Session::new(suite.native, &still);
+    let count = if suite.options.quick { 100 } else { 2000 };
+    with_history(suite, "a long history", &session, |session, subject| long_history(session, subject, count));
     let cutting = cut();
     let session = Session::new(suite.native, &cutting);
     with_history(suite, "nothing of the frame before a cut is left", &session, after_a_cut);
 }
 
 /// Runs a row with all settings that keep a history, in a quick run too.
-fn with_history(suite: &mut Suite, row: &str, session: &Session, run: Row) {
+fn with_history(
+    suite: &mut Suite,
+    row: &str,
+    session: &Session,
+    run: impl Fn(&Session, Subject) -> Result<Vec<Check>, Error>,
+) {
     if !suite.wants(GROUP, row) {
         return;
     }
@@ -231,46 +247,6 @@ fn brightness(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> 
     let worst = plain.iter().flatten().zip(other.iter().flatten()).map(far).fold(0.0, f64::max);
     let reason = "16 times the light changes exponents only; below the smallest normal number, 2^-126 or 2^-14, values are truncated";
     Ok(vec![subject.check.clone().bounded("largest difference, radiance", worst, bound, reason)])
-}
-
-/// The settings for a scene that is `factor` times larger: lengths scale with it and areas with its square, also those at
-/// their defaults. `None` where a value leaves its range.
-fn in_units(subject: Subject, factor: f32) -> Option<Settings> {
-    let mut settings = subject.settings.clone();
-    for parameter in (subject.technique.parameters)() {
-        let factor = match parameter.unit {
-            "scene units" => f64::from(factor),
-            "scene units squared" => f64::from(factor).powi(2),
-            _ => continue,
-        };
-        let (Kind::Float(low, high), Value::Float(value)) =
-            (&parameter.kind, settings.get(&parameter.key()).unwrap_or(&parameter.default))
-        else {
-            continue;
-        };
-        let scaled = value * factor;
-        if scaled != *value {
-            (*low..=*high).contains(&scaled).then_some(())?;
-            settings.insert(parameter.key(), Value::Float(scaled));
-        }
-    }
-    Some(settings)
-}
-
-fn units(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> {
-    let mut worst: Option<Check> = None;
-    for factor in [2f32.powi(-10), 2f32.powi(20), 1e3] {
-        let Some(settings) = in_units(subject, factor) else { continue };
-        let twin = scaled(session.scene, factor);
-        let twin = Session::new(session.native, &twin);
-        let in_twin = Subject { settings: &settings, ..subject };
-        let check = subject.drift_from(session, &twin, &in_twin, true)?;
-        let check = Check { detail: format!("times {factor}: {}", check.detail), ..check };
-        if worst.as_ref().is_none_or(|worst| check.worst.is_nan() || check.worst > worst.worst) {
-            worst = Some(check);
-        }
-    }
-    Ok(worst.into_iter().collect())
 }
 
 /// The scene mirrored, rotated and translated.
@@ -525,6 +501,27 @@ fn disoccluded(session: &Session, subject: Subject) -> Result<Vec<Check>, Error>
     let check =
         subject.check.clone().bounded("uncovered pixels with light of the frame before", wrong as f64, 0.0, reason);
     Ok(vec![check.detail(format!("of {} uncovered pixels", uncovered.len()))])
+}
+
+/// The mean of a static picture after very many frames, whose numbers pass the largest one, is that after a few.
+fn long_history(session: &Session, subject: Subject, count: u32) -> Result<Vec<Check>, Error> {
+    const EARLY: u32 = 64;
+    let mut early = Vec::new();
+    for seed in 0..SEEDS {
+        let mut frames = subject.frames(session, SIZE, seed)?;
+        (0..EARLY).try_for_each(|frame| frames.run(frame).map(drop))?;
+        early.push(mean(&light(&frames)?));
+    }
+    let average = early.iter().sum::<f64>() / early.len() as f64;
+    let variance = early.iter().map(|v| (v - average).powi(2)).sum::<f64>() / f64::from(SEEDS - 1);
+    let mut frames = subject.frames(session, SIZE, 0)?;
+    let first = u32::MAX - count / 2;
+    (0..count).try_for_each(|frame| frames.run(first.wrapping_add(frame)).map(drop))?;
+    let late = mean(&light(&frames)?);
+    let bound = LARGEST_DRIFT.max(5.0 * variance.sqrt() / average);
+    let reason = "five standard deviations of the mean after 64 frames, estimated from other seeds";
+    let check = subject.check.clone().bounded(DRIFT, (late / average - 1.0).abs(), bound, reason);
+    Ok(vec![check.detail(format!("{count} frames against {EARLY}"))])
 }
 
 /// The camera cuts to another position in frame 4.

@@ -202,6 +202,7 @@ impl Table {
                 "detail",
                 "clamped",
                 "largest",
+                "percentile_99_9",
                 "explanation",
             ])
             .map_err(|e| failed(&e))?;
@@ -225,6 +226,7 @@ impl Table {
                     &check.detail,
                     &check.clamped.to_string(),
                     &check.largest.to_string(),
+                    &check.percentile.to_string(),
                     check.explanation().unwrap_or_default(),
                 ])
                 .map_err(|e| failed(&e))?;
@@ -290,6 +292,8 @@ fn group_table<'a>(group: &str, lines: impl Iterator<Item = &'a Line<'a>>) -> Pr
                 Cell::text(worst.metric),
                 Cell::number(Some(worst.worst), 3),
                 Cell::number(worst.bound, 3),
+                Cell::number(above_zero(line.checks.iter().map(|check| check.percentile)), 3),
+                Cell::number(above_zero(line.checks.iter().map(|check| check.largest)), 3),
                 Cell::text(worst.reason.clone()),
                 Cell::text(settings),
                 Cell::text(worst.detail.clone()),
@@ -307,12 +311,19 @@ fn group_table<'a>(group: &str, lines: impl Iterator<Item = &'a Line<'a>>) -> Pr
             Column::text("metric"),
             Column::numeric("worst", "", "over all settings"),
             Column::numeric("bound", "", "largest value that passes; empty where the value is reported"),
+            Column::numeric("99.9th percentile", "", "of indirect light over pixels, radiance; over all settings"),
+            Column::numeric("largest", "", "value of light, radiance; over all settings"),
             Column::text("reason"),
             Column::text("settings of the worst"),
             Column::text("detail"),
         ],
         rows: lines.map(row).collect(),
     }
+}
+
+/// The largest number; `None` if no check measured one.
+fn above_zero(numbers: impl Iterator<Item = f64>) -> Option<f64> {
+    Some(numbers.fold(0.0, f64::max)).filter(|&number| number > 0.0)
 }
 
 /// A whole number.

@@ -111,7 +111,7 @@ impl Court {
         let shown = [tone_map_all(&whole, exposure), tone_map_all(&true_whole, exposure)];
         let pair = DisplayPair { width: WIDTH, linear: [&whole, &true_whole], display: [&shown[0], &shown[1]], mask };
         let mut errors = Values::default();
-        errors.measure_indirect(&LinearPair::new(&image, &truth, mask));
+        errors.measure_indirect(&LinearPair::new(&image, &truth, mask), WIDTH);
         errors.measure_final(&pair);
         errors.set(MetricId::TruthRelError, Some(0.02));
 

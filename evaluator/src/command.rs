@@ -18,6 +18,7 @@ use crate::Error;
 mod explain;
 mod list;
 mod plan;
+mod recommend;
 mod render;
 mod run;
 mod truth;
@@ -42,6 +43,8 @@ enum Command {
     Truth(truth::TruthArgs),
     /// Split the error of a technique into its sources: noise, estimator, missing visibility, light off the screen.
     Explain(explain::ExplainArgs),
+    /// Recommend the settings with the lowest error within a time, or the fastest within an error.
+    Recommend(recommend::RecommendArgs),
     /// Compare two EXR or PNG images by every metric.
     Compare {
         /// The image.
@@ -117,6 +120,7 @@ pub fn main() -> ExitCode {
         Command::Truth(args) => truth::main(&args),
         Command::Compare { image, reference, json } => compare(&image, &reference, json),
         Command::Explain(args) => explain::main(&args),
+        Command::Recommend(args) => recommend::main(&args),
         Command::List(args) => list::main(&args),
     };
     match result {

@@ -131,7 +131,7 @@ fn compare_layer(
     let display = [shown(image, is_png[0]), shown(truth, is_png[1])];
     let blocks = [image, truth].map(|pixels| block_mean(pixels, width, BLOCK, mask));
     let mut values = Values::default();
-    values.measure_indirect(&LinearPair::new(image, truth, mask));
+    values.measure_indirect(&LinearPair::new(image, truth, mask), width);
     values.measure_final(&DisplayPair { width, linear: [image, truth], display: [&display[0], &display[1]], mask });
     LayerComparison {
         layer: name.into(),
@@ -190,7 +190,9 @@ impl LayerComparison {
 /// Key of a metric that compares two images of any layer: that of its column without the layer. `None` for the others.
 fn layer_key(metric: &Metric) -> Option<&'static str> {
     match metric.function {
-        Function::Indirect(_) | Function::Final(_) => metric.key.split_once('_').map(|(_, key)| key),
+        Function::Indirect(_) | Function::IndirectBlocks(_) | Function::Final(_) => {
+            metric.key.split_once('_').map(|(_, key)| key)
+        }
         Function::Occlusion(_) | Function::Recorded => None,
     }
 }

@@ -2,7 +2,7 @@
 //! reference.
 
 mod cell_file;
-mod frames;
+pub(crate) mod frames;
 pub mod grid;
 pub mod reference;
 mod run;

@@ -2,7 +2,7 @@
 //! show what each millisecond buys. The command `evaluator` is a thin layer over this library.
 //!
 //! [`experiment`] runs grids, [`measurement`] is a row of their results, [`report`] writes them as pages and tables, [`explain`] splits
-//! an error into its sources, [`compare`](mod@compare) compares two image files.
+//! an error into its sources, [`recommend`](mod@recommend) chooses settings, [`compare`](mod@compare) compares two image files.
 //!
 //! ```no_run
 //! use halflight_evaluator::{
@@ -30,6 +30,7 @@ pub mod format;
 pub mod measurement;
 pub mod plan_graph;
 pub mod progress;
+pub mod recommend;
 pub mod report;
 
 pub use error::Error;

@@ -54,11 +54,17 @@ pub struct Measurement {
     /// The same where only the frame number has changed: median, ms.
     #[serde(default)]
     pub frame_ms_static: Option<f64>,
-    /// Median per pass, ms, in frame order; key `gather` is the column `pass_gather_ms`.
+    /// Median per pass, those of the scene included, ms, in frame order; key `gather` is the column `pass_gather_ms`.
     #[serde(flatten, with = "pass_columns")]
     pub pass_ms: Map<String, Value>,
-    /// Textures and buffers of the plan, bytes.
+    /// Textures and buffers that the technique writes, bytes.
     pub memory_bytes: u64,
+    /// All textures and buffers of the frame's plan, G-buffer and direct light included, bytes.
+    #[serde(default)]
+    pub frame_bytes: u64,
+    /// Buffers of the scene: geometry, materials, lights, textures, bytes.
+    #[serde(default)]
+    pub scene_bytes: u64,
     /// Metrics of the image against the reference.
     #[serde(flatten)]
     pub errors: Values,

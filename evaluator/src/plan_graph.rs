@@ -154,7 +154,7 @@ fn lane_positions(threads: &[Thread], first: usize) -> Vec<usize> {
 
 fn heading(plan: &FramePlan, width: usize, height: usize) -> String {
     let [w, h] = plan.display_size;
-    let total = bytes_in_words(plan.resources.iter().map(Resource::bytes).sum());
+    let total = bytes_in_words(plan.bytes());
     let title = format!(
         "Frame of {w}×{h} pixels: {} passes, {total}, of which the technique {}",
         plan.passes.len(),

@@ -105,7 +105,7 @@ fn errors(image: &Image, references: &[Image]) -> Values {
         // A technique without indirect light has no such layer.
         let black = vec![[0.0; 3]; image.pixel_count()];
         if let (own, Some(wanted)) = (product(image).unwrap_or(black), product(reference)) {
-            values.measure_indirect(&LinearPair::new(&own, &wanted, Some(&mask)));
+            values.measure_indirect(&LinearPair::new(&own, &wanted, Some(&mask)), image.width);
             let linear = [image.rgb("").unwrap(), reference.rgb("").unwrap()];
             let exposure = auto_exposure(&linear[1], Some(&mask));
             let display = [&linear[0], &linear[1]].map(|pixels| tone_map_all(pixels, exposure));

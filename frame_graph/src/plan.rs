@@ -463,6 +463,11 @@ impl FramePlan {
         self.passes.iter().find(|pass| pass.name == name)
     }
 
+    /// Bytes of all resources, without those of the caller.
+    pub fn bytes(&self) -> u64 {
+        self.resources.iter().map(Resource::bytes).sum()
+    }
+
     /// Bytes of all resources that passes of the technique write.
     pub fn technique_bytes(&self) -> u64 {
         let mut written: Vec<ResourceId> =

@@ -14,7 +14,7 @@
 //! let reference = [[0.5; 3], [1.0; 3]];
 //! let image = [[0.5; 3], [1.5; 3]];
 //! let mut values = Values::default();
-//! values.measure_indirect(&LinearPair::new(&image, &reference, None));
+//! values.measure_indirect(&LinearPair::new(&image, &reference, None), 2);
 //! assert_eq!(values.get(MetricId::IndirectBias), Some(0.25));
 //! for metric in METRICS {
 //!     if let Some(value) = values.get(metric.id) {
@@ -36,7 +36,7 @@ mod table;
 pub mod tone;
 mod values;
 
-pub use blocks::{block_mean, relative_rmse};
+pub use blocks::{BLOCK, block_mean, block_rel_mse, block_rel_mse_with_floor, relative_rmse};
 #[cfg(feature = "flip")]
 pub use error_map::{colour_map, error_map, relative_error};
 #[cfg(feature = "flip")]

@@ -304,6 +304,34 @@ fn blocks_average_noise_away() {
 }
 
 #[test]
+fn block_rel_mse_by_hand() {
+    // 6x5 pixels: blocks of 4x4, 2x4, 4x1 and 2x1. The reference is 2 everywhere, so the floor is 0.01 * 2^2.
+    let reference = vec![[2.0; 3]; 30];
+    let mut image = reference.clone();
+    // In the first block, +3 and -3 cancel, and 8 stays: its mean is 0.5 too high.
+    for (pixel, change) in [(0, 3.0), (1, -3.0), (7, 8.0)] {
+        image[pixel] = image[pixel].map(|value| value + change);
+    }
+    // The last block, 2x1 pixels, is black.
+    image[28] = [0.0; 3];
+    image[29] = [0.0; 3];
+    let denominator = 4.0 + 0.04;
+    let error = |mask| block_rel_mse(&LinearPair::new(&image, &reference, mask), 6);
+    close(error(None), (16.0 * 0.25 + 2.0 * 4.0) / denominator / 30.0, 1e-12);
+    // Sky in the first row: the first block keeps 12 pixels, and 8 is on one of them.
+    let mask: Vec<bool> = (0..30).map(|pixel| pixel >= 6).collect();
+    close(error(Some(&mask)), (12.0 * (8f64 / 12.0).powi(2) + 2.0 * 4.0) / denominator / 24.0, 1e-12);
+    // Only sky in the last row: its two blocks are gone.
+    let mask: Vec<bool> = (0..30).map(|pixel| pixel < 24).collect();
+    close(error(Some(&mask)), 16.0 * 0.25 / denominator / 24.0, 1e-12);
+    // One error in all pixels is the same over blocks.
+    let brighter = map(&reference, |value| value * 1.5);
+    let pair = LinearPair::new(&brighter, &reference, None);
+    close(block_rel_mse(&pair, 6), rel_mse(&pair), 1e-12);
+    assert!(block_rel_mse(&LinearPair::new(&image, &reference, Some(&[false; 30])), 6).is_nan());
+}
+
+#[test]
 fn error_maps_run_from_black_to_pale_yellow() {
     let reference = vec![[1.0; 3]; 5];
     let image = [1.0, 1.5, 2.0, 1e9, f32::NAN].map(|value| [value; 3]);
@@ -329,10 +357,11 @@ fn values_of_one_image_are_measured_by_the_table() {
     let image = noisy(&reference, 0.1);
     let pair = LinearPair::new(&image, &reference, None);
     let mut values = Values::default();
-    values.measure_indirect(&pair);
+    values.measure_indirect(&pair, 16);
     for metric in METRICS {
         let expected = match metric.function {
             Function::Indirect(of) => Some(of(&pair)),
+            Function::IndirectBlocks(of) => Some(of(&pair, 16)),
             _ => None,
         };
         assert_eq!(values.get(metric.id), expected, "{}", metric.key);

@@ -37,10 +37,11 @@ impl Values {
         self.0[id as usize] = value;
     }
 
-    /// Measures everything that is defined on indirect light (`albedo * indirect`).
-    pub fn measure_indirect(&mut self, pair: &LinearPair) {
+    /// Measures everything that is defined on indirect light (`albedo * indirect`) of this many pixels per row.
+    pub fn measure_indirect(&mut self, pair: &LinearPair, width: u32) {
         self.measure(|function| match function {
             Function::Indirect(of) => Some(of(pair)),
+            Function::IndirectBlocks(of) => Some(of(pair, width)),
             _ => None,
         });
     }

@@ -7,6 +7,7 @@ pub mod hierarchical;
 pub mod horizon;
 pub mod hybrid;
 pub mod invocation;
+pub mod link;
 pub mod preset;
 pub mod ray_march;
 pub mod rsm;

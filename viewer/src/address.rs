@@ -5,8 +5,11 @@ use std::fmt::Write;
 
 use halflight_renderer::parameters::Value;
 use halflight_scenes::{Camera, bundled::NAMES};
-use halflight_techniques::{parameters_of, technique};
-use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
+use halflight_techniques::{
+    link::{self, escape},
+    parameters_of, technique,
+};
+use percent_encoding::percent_decode_str;
 
 use crate::state::{Configuration, DROPPED, LightChange, State, View};
 
@@ -19,7 +22,7 @@ const LARGEST: u32 = 8192;
 /// The state as text.
 pub fn write(state: &State) -> String {
     let default = State::default();
-    let mut text = format!("scene={}&size={}x{}", escape(&state.scene), state.size[0], state.size[1]);
+    let mut text = link::scene(&state.scene, state.size);
     let mut add = |key: &str, value: String| {
         // Writing to a String cannot fail.
         let _ = write!(text, "&{key}={value}");
@@ -40,13 +43,12 @@ pub fn write(state: &State) -> String {
         add("exposure", stops.to_string());
     }
     for (name, side) in SIDES.iter().zip(&state.sides) {
-        if side.technique != Configuration::default().technique {
-            add(name, side.technique.to_owned());
-        }
-        for (key, value) in &side.settings {
-            add(&format!("{name}.{}", escape(key)), escape(&value.to_string()));
-        }
+        let technique = (side.technique != Configuration::default().technique).then_some(side.technique);
+        text += &link::side(name, technique, &side.settings);
     }
+    let mut add = |key: &str, value: String| {
+        let _ = write!(text, "&{key}={value}");
+    };
     if state.compare {
         add("divider", state.divider.to_string());
     }
@@ -172,13 +174,6 @@ fn three(text: &str) -> Result<[f32; 3], String> {
 /// Numbers separated by commas. Display writes the fewest digits that read back as the same float32.
 fn numbers(values: &[f32]) -> String {
     values.iter().map(f32::to_string).collect::<Vec<_>>().join(",")
-}
-
-/// Characters that are percent-encoded: all that have a meaning in an address.
-const ENCODED: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'_').remove(b'.').remove(b',');
-
-fn escape(text: &str) -> String {
-    utf8_percent_encode(text, ENCODED).to_string()
 }
 
 fn unescape(text: &str) -> String {

@@ -201,6 +201,7 @@ impl Viewer {
             rounds: side.times.rounds(),
             method: side.method.note().to_owned(),
             rel_mse: side.rel_mse,
+            block_rel_mse: side.block_rel_mse,
             drawn: side.is_drawn() && side.picture().is_some(),
             check: side.check_results().map(|results| results.iter().map(CheckReport::of).collect()),
         };

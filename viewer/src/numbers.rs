@@ -1,7 +1,7 @@
 //! Times, memory and plan of a side.
 
 use eframe::egui::{self, Color32, Grid, RichText, ScrollArea, Ui, vec2};
-use halflight_frame_graph::{FramePlan, Part, Resource, ResourceKind, bytes_in_words};
+use halflight_frame_graph::{FramePlan, Part, ResourceKind, bytes_in_words};
 
 use crate::side::Side;
 
@@ -66,7 +66,7 @@ pub fn times(ui: &mut Ui, side: &Side) {
 
 /// The bytes of each texture and buffer.
 pub fn memory(ui: &mut Ui, plan: &FramePlan, scene_bytes: u64) {
-    let total: u64 = plan.resources.iter().map(Resource::bytes).sum();
+    let total = plan.bytes();
     ui.label(format!(
         "{} for the frame, {} of it for the technique; {} for the scene",
         bytes_in_words(total),

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use halflight_frame_graph::Gpu;
-use halflight_metrics::{LinearPair, rel_mse_with_floor, relative_floor, relative_square};
+use halflight_metrics::{LinearPair, block_rel_mse_with_floor, rel_mse_with_floor, relative_floor, relative_square};
 use halflight_renderer::{
     scene::SceneBuffers,
     truth::{Reading, Request, Stop, Trace, Tracer, Truth, TruthError},
@@ -57,6 +57,8 @@ pub struct Subject {
 
 /// The reference so far.
 pub struct Reference {
+    /// Pixels per row.
+    pub width: u32,
     /// Samples per pixel.
     pub samples: u32,
     /// `albedo * indirect`.
@@ -212,6 +214,7 @@ impl Reference {
             relative_floor: floor as f32,
         };
         Self {
+            width: truth.size[0],
             samples: truth.samples,
             noise: (truth.samples > 1).then_some(variance / count),
             albedo: truth.albedo.clone(),
@@ -228,10 +231,11 @@ impl Reference {
         self.noise.is_some_and(|noise| noise <= MOST_NOISE)
     }
 
-    /// relMSE of `albedo * indirect` for this incident indirect light.
-    pub fn rel_mse(&self, light: &[[f32; 3]]) -> f64 {
+    /// relMSE of `albedo * indirect` for this incident indirect light: over pixels, and over blocks of 4x4 pixels.
+    pub fn rel_mse(&self, light: &[[f32; 3]]) -> [f64; 2] {
         let image: Vec<_> =
             light.iter().zip(&self.albedo).map(|(l, a)| [l[0] * a[0], l[1] * a[1], l[2] * a[2]]).collect();
-        rel_mse_with_floor(&LinearPair::new(&image, &self.reflected, Some(&self.mask)), self.floor)
+        let pair = LinearPair::new(&image, &self.reflected, Some(&self.mask));
+        [rel_mse_with_floor(&pair, self.floor), block_rel_mse_with_floor(&pair, self.width, self.floor)]
     }
 }

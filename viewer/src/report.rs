@@ -29,6 +29,8 @@ pub struct SideReport {
     pub method: String,
     /// relMSE of `albedo * indirect` against the reference.
     pub rel_mse: Option<f64>,
+    /// The same over blocks of 4x4 pixels.
+    pub block_rel_mse: Option<f64>,
     /// Whether its last frame is on the screen.
     pub drawn: bool,
     /// Results of the NaN/Inf check; `None` unless the check is open.

@@ -66,6 +66,8 @@ pub struct Side {
     pub light: Option<Vec<[f32; 3]>>,
     /// relMSE of `albedo * indirect` against the reference, once both are known.
     pub rel_mse: Option<f64>,
+    /// The same over blocks of 4x4 pixels.
+    pub block_rel_mse: Option<f64>,
     /// Version of the reference that `rel_mse` belongs to.
     pub compared_with: u64,
     /// Wall-clock time of the last whole frame, milliseconds.
@@ -131,6 +133,7 @@ impl Side {
             indirect: None,
             light: None,
             rel_mse: None,
+            block_rel_mse: None,
             compared_with: 0,
             frame_ms: None,
             check: Check::default(),
@@ -238,7 +241,8 @@ impl Side {
         self.frames_left = self.frames_left.saturating_sub(1);
         self.unfiltered = self.unfiltered.saturating_sub(1);
         self.moment = Some(moment);
-        (self.light, self.indirect, self.rel_mse, self.compared_with) = (None, None, None, 0);
+        (self.light, self.indirect, self.compared_with) = (None, None, 0);
+        (self.rel_mse, self.block_rel_mse) = (None, None);
         self.check = Check::default();
         let mut seen = camera_view(&moment.camera, self.graph.plan().display_size, stage.facts.near);
         (seen.frame, seen.seed) = (moment.frame, moment.seed);

@@ -10,7 +10,7 @@ use halflight_output::terminal;
 use crate::{Stop, cargo, run, setup};
 
 /// The crates that run in a browser.
-const PORTABLE: [&str; 16] = [
+const PORTABLE: [&str; 18] = [
     "-p",
     "halflight-metrics",
     "-p",
@@ -23,6 +23,8 @@ const PORTABLE: [&str; 16] = [
     "halflight-renderer",
     "-p",
     "halflight-techniques",
+    "-p",
+    "halflight-recommend",
     "-p",
     "halflight-viewer",
     "-p",

@@ -25,13 +25,24 @@ const CRATES: &[(&str, &[&str])] = &[
     ("frame-graph", &["shared-shaders"]),
     ("renderer", &["metrics", "scenes", "shared-shaders", "frame-graph"]),
     ("techniques", &["scenes", "shared-shaders", "frame-graph", "renderer"]),
+    ("recommend", &["metrics", "scenes", "frame-graph", "renderer", "techniques"]),
     // The compiler only behind the feature `hot-reload`.
     ("viewer", &["metrics", "scenes", "shader-compiler", "shared-shaders", "frame-graph", "renderer", "techniques"]),
     // The viewer only behind the feature `window`.
     ("native", &["output", "metrics", "scenes", "frame-graph", "renderer", "viewer"]),
     (
         "evaluator",
-        &["output", "metrics", "scenes", "shared-shaders", "frame-graph", "renderer", "techniques", "native"],
+        &[
+            "output",
+            "metrics",
+            "scenes",
+            "shared-shaders",
+            "frame-graph",
+            "renderer",
+            "techniques",
+            "recommend",
+            "native",
+        ],
     ),
     (
         "soundness",
@@ -44,6 +55,7 @@ const CRATES: &[(&str, &[&str])] = &[
             "frame-graph",
             "renderer",
             "techniques",
+            "recommend",
             "native",
             "evaluator",
         ],
@@ -59,6 +71,7 @@ const CRATES: &[(&str, &[&str])] = &[
             "frame-graph",
             "renderer",
             "techniques",
+            "recommend",
             "native",
             "evaluator",
             "soundness",

@@ -47,17 +47,17 @@ pub(super) fn occlusion_reference(
 
 /// What a frame shows: final radiance, `albedo * indirect`, `indirect` itself, and ambient visibility where the technique
 /// finds it.
-pub(super) struct Shown {
-    pub(super) image: Vec<Rgb>,
-    pub(super) indirect: Vec<Rgb>,
-    pub(super) incident: Vec<Rgb>,
-    pub(super) open: Option<Vec<Rgb>>,
+pub(crate) struct Shown {
+    pub(crate) image: Vec<Rgb>,
+    pub(crate) indirect: Vec<Rgb>,
+    pub(crate) incident: Vec<Rgb>,
+    pub(crate) open: Option<Vec<Rgb>>,
     /// Whether there is light besides ambient visibility.
-    pub(super) lit: bool,
+    pub(crate) lit: bool,
 }
 
 impl Shown {
-    pub(super) fn read(frames: &Frames) -> Result<Self, Error> {
+    pub(crate) fn read(frames: &Frames) -> Result<Self, Error> {
         let output = |name| frames.read_rgb(name);
         let missing = || Error::Failed("the plan has no final image".into());
         let image = output("final")?.ok_or_else(missing)?;
@@ -71,7 +71,7 @@ impl Shown {
     }
 
     /// The image that errors and noise are measured on.
-    pub(super) fn measured(&self) -> &[Rgb] {
+    pub(crate) fn measured(&self) -> &[Rgb] {
         self.open.as_ref().filter(|_| !self.lit).unwrap_or(&self.indirect)
     }
 }
@@ -189,6 +189,6 @@ pub fn check_textures(all: &[&Frames]) -> Result<(), Error> {
 }
 
 /// `albedo * light`, pixel by pixel.
-pub(super) fn modulate(albedo: &[Rgb], light: &[Rgb]) -> Vec<Rgb> {
+pub(crate) fn modulate(albedo: &[Rgb], light: &[Rgb]) -> Vec<Rgb> {
     albedo.iter().zip(light).map(|(a, l)| std::array::from_fn(|c| a[c] * l[c])).collect()
 }

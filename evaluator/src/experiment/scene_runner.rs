@@ -28,7 +28,7 @@ use serde_json::{Map, Value};
 
 use super::{
     COMMIT,
-    frames::{Noise, OcclusionReference, Shown, check_textures, modulate, occlusion_reference, time_frames},
+    frames::{Noise, OcclusionReference, Shown, Times, check_textures, modulate, occlusion_reference, time_frames},
     grid::{Cell, Grid},
     reference,
     session::{Frames, Request, Session},
@@ -94,9 +94,9 @@ struct Prepared<'a> {
     header: BTreeMap<String, String>,
     /// Ambient visibility, by radius.
     occlusion: Vec<OcclusionReference>,
-    /// The G-buffer and direct light, and their median time in milliseconds, by the direct-light settings and the
-    /// technique's needs that shape them.
-    scene_frames: BTreeMap<String, (Frames<'a>, [f64; 2])>,
+    /// The G-buffer and direct light, and their times, by the direct-light settings and the technique's needs that shape
+    /// them.
+    scene_frames: BTreeMap<String, (Frames<'a>, Times)>,
 }
 
 impl<'a> SceneRunner<'a> {
@@ -333,8 +333,10 @@ impl<'a> SceneRunner<'a> {
             first_frame_ms: rendered.times.first_frame,
             frame_ms_median: rendered.scene_ms[0] + rendered.times.technique.map_or(0.0, |timing| timing.median),
             frame_ms_static: Some(rendered.scene_ms[1] + rendered.times.technique_static.unwrap_or_default()),
-            pass_ms: rendered.times.passes.into_iter().map(|(name, ms)| (name, ms.into())).collect(),
+            pass_ms: rendered.passes.into_iter().map(|(name, ms)| (name, ms.into())).collect(),
             memory_bytes: rendered.memory_bytes,
+            frame_bytes: rendered.frame_bytes,
+            scene_bytes: prepared.session.scene_bytes(),
             errors,
             adapter: native.info.name.clone(),
             driver: format!("{} {}", native.info.driver, native.info.driver_info).trim().to_owned(),
@@ -365,11 +367,15 @@ struct Rendered {
     /// Number of the frame that is shown.
     shown_frame: u32,
     noise: Option<f64>,
-    times: super::frames::Times,
+    times: Times,
+    /// Median of each pass, those of the scene first, ms.
+    passes: Vec<(String, f64)>,
     /// Median time of G-buffer and direct light, ms: with everything changed, and with nothing but the frame number.
     scene_ms: [f64; 2],
     /// Textures and buffers of the technique.
     memory_bytes: u64,
+    /// Textures and buffers of the whole frame.
+    frame_bytes: u64,
     occlusion_radius: Option<f32>,
 }
 
@@ -384,7 +390,7 @@ fn render(grid: &Grid, cell: &Cell, size: [u32; 2], prepared: &mut Prepared, che
         Entry::Vacant(slot) => {
             let mut frames = session.scene_frames(&cell.settings, size)?;
             let times = time_frames(&mut frames, SCENE_FRAMES, |_, _| Ok(()))?;
-            slot.insert((frames, [times.total.median, times.total_static]))
+            slot.insert((frames, times))
         }
     };
     let direct = grid.direct_from_truth.then_some(prepared.reference.direct.as_slice());
@@ -405,12 +411,18 @@ fn render(grid: &Grid, cell: &Cell, size: [u32; 2], prepared: &mut Prepared, che
     if check {
         check_textures(&[scene_frames, &frames])?;
     }
+    // Some plans hold the passes of the scene themselves.
+    let own = |name: &String| times.passes.iter().any(|(own, _)| own == name);
+    let of_scene: Vec<_> = scene_times.passes.iter().filter(|(name, _)| !own(name)).cloned().collect();
+    let whole = [scene_frames.plan(), frames.plan()].map(FramePlan::bytes);
     Ok(Rendered {
+        frame_bytes: if of_scene.is_empty() { whole[1] } else { whole.iter().sum() },
+        passes: [of_scene, times.passes.clone()].concat(),
         shown: shown.ok_or_else(|| Error::Failed("no frame was rendered: set frames to at least 1".into()))?,
         shown_frame,
         noise: noise.deviation(),
         times,
-        scene_ms: *scene_times,
+        scene_ms: [scene_times.total.median, scene_times.total_static],
         memory_bytes: frames.plan().technique_bytes(),
         occlusion_radius: occlusion_radius(frames.plan()),
     })
@@ -464,7 +476,7 @@ fn light(
     ]);
     images.extend(prepared.pictures.clone());
     let mut errors = Values::default();
-    errors.measure_indirect(&LinearPair::new(&shown.indirect, indirect, Some(mask)));
+    errors.measure_indirect(&LinearPair::new(&shown.indirect, indirect, Some(mask)), pictures.width);
     errors.measure_final(&DisplayPair {
         width: pictures.width,
         linear: [&shown.image, final_image],

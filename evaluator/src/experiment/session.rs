@@ -133,6 +133,11 @@ impl<'a> Session<'a> {
         Self { native, scene, facts: SceneFacts::of(scene), buffers: OnceCell::new() }
     }
 
+    /// Bytes of the scene's buffers on the device; 0 before the first plan.
+    pub fn scene_bytes(&self) -> u64 {
+        self.buffers.get().map_or(0, SceneBuffers::bytes)
+    }
+
     /// A whole frame, ready to run: G-buffer, direct light and the technique.
     ///
     /// # Errors

@@ -33,6 +33,7 @@ pub fn time_against_error(group: &Group, metric: &'static Metric, plotted: &Plot
         let name = "frontier".into();
         series.push(Series { name, colour: None, marker: None, line: Some(Line::Stairs), points });
     }
+    series.extend(technique_frontiers(group, &style, &pairs, &error));
     for (index, (_, row)) in group.rows.iter().enumerate() {
         let (colour, marker) = style.look(row);
         let place = point(group, index, pairs[index], metric);
@@ -55,6 +56,39 @@ pub fn time_against_error(group: &Group, metric: &'static Metric, plotted: &Plot
         series,
     };
     Named { file: format!("time-vs-{}", plotted.file), choice: plotted.name, drawing: drawing.draw() }
+}
+
+/// The frontier of each technique, in its colour; none where there is one technique only.
+fn technique_frontiers(
+    group: &Group,
+    style: &Style,
+    pairs: &[(f64, f64)],
+    error: &impl Fn(&Measurement) -> f64,
+) -> Vec<Series> {
+    let mut techniques: Vec<&str> = Vec::new();
+    for (_, row) in group.rows.iter().filter(|(_, row)| group.mixed_techniques && !is_baseline(row)) {
+        if !techniques.contains(&row.technique.as_str()) {
+            techniques.push(&row.technique);
+        }
+    }
+    let of_technique = |technique: &str| {
+        let own: Vec<usize> =
+            (0..group.rows.len()).filter(|&index| group.rows[index].1.technique == technique).collect();
+        let rows: Vec<&Measurement> = own.iter().map(|&index| group.rows[index].1).collect();
+        let best = frontier(&rows, error);
+        let point = |&index: &usize| {
+            let (x, y) = pairs[own[index]];
+            Point { x, y, label: String::new(), row: None }
+        };
+        (best.len() > 1).then(|| Series {
+            name: String::new(),
+            colour: style.look(rows[best[0]]).0,
+            marker: None,
+            line: Some(Line::Stairs),
+            points: best.iter().map(point).collect(),
+        })
+    };
+    techniques.into_iter().filter_map(of_technique).collect()
 }
 
 /// Error over the number of samples, one line for each combination of the other settings; empty when no number of

@@ -32,12 +32,14 @@ pub fn results(group: &Group) -> Table {
         }),
         time("static frame", "as frame, where only the frame number has changed", |row| row.frame_ms_static),
     ]);
-    let mib = |row: &Measurement| Cell::number(Some(row.memory_bytes as f64 / f64::from(1 << 20)), 3);
-    columns.push((
-        Column::numeric("memory", "MiB", "textures and buffers of the plan"),
-        Box::new(mib),
-        Some(Best::Lowest),
-    ));
+    let mib = |name, meaning, bytes: fn(&Measurement) -> u64| -> Filled {
+        let cell = move |row: &Measurement| Cell::number(Some(bytes(row) as f64 / f64::from(1 << 20)), 3);
+        (Column::numeric(name, "MiB", meaning), Box::new(cell), Some(Best::Lowest))
+    };
+    columns.extend([
+        mib("memory", "textures and buffers that the technique writes", |row| row.memory_bytes),
+        mib("frame memory", "all textures and buffers of the frame", |row| row.frame_bytes),
+    ]);
     for metric in Metric::ranked() {
         let cell = move |row: &Measurement| Cell::number(row.errors.get(metric.id), metric.digits);
         columns.push((Column::numeric(metric.title, metric.unit, metric.meaning), Box::new(cell), Some(metric.best)));

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{FramePlan, Part, Resource, ResourceId, ResourceKind};
+use super::{FramePlan, Part, ResourceId, ResourceKind};
 
 impl fmt::Display for Part {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -44,8 +44,7 @@ impl fmt::Display for FramePlan {
         let names =
             |ids: &[ResourceId]| ids.iter().map(|id| self.resources[id.0].name.as_str()).collect::<Vec<_>>().join(", ");
         let [w, h] = self.display_size;
-        let total: u64 = self.resources.iter().map(Resource::bytes).sum();
-        let (total, technique) = (bytes_in_words(total), bytes_in_words(self.technique_bytes()));
+        let (total, technique) = (bytes_in_words(self.bytes()), bytes_in_words(self.technique_bytes()));
         writeln!(
             f,
             "Frame of {w}x{h} pixels: {} passes, {total}, of which the technique {technique}",

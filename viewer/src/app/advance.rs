@@ -174,7 +174,8 @@ impl Viewer {
             side.read_light(&self.gpu);
             match &side.light {
                 Some(light) if side.compared_with != reference.version => {
-                    side.rel_mse = Some(reference.rel_mse(light));
+                    let [pixels, blocks] = reference.rel_mse(light);
+                    (side.rel_mse, side.block_rel_mse) = (Some(pixels), Some(blocks));
                     side.compared_with = reference.version;
                 }
                 Some(_) => {}

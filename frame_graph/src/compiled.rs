@@ -10,7 +10,10 @@ use halflight_shared_shaders::BindingKind;
 
 use crate::{
     Gpu, View,
-    plan::{Cause, Dependencies, Dependency, FramePlan, Handle, Pass, Resource, ResourceId, ResourceKind, Tile},
+    plan::{
+        Cause, Dependencies, Dependency, DispatchPart, FramePlan, Handle, Pass, Resource, ResourceId, ResourceKind,
+        Tile,
+    },
     uniform,
 };
 
@@ -89,7 +92,8 @@ enum ReadyPass {
         pipeline: wgpu::ComputePipeline,
         /// One for each ping-pong index. Both are the same if the pass binds no history.
         groups: [Option<wgpu::BindGroup>; 2],
-        workgroups: [u32; 2],
+        /// Its dispatches, one after another.
+        parts: Vec<ReadyPart>,
     },
     Draw {
         draws: Vec<ReadyDraw>,
@@ -104,6 +108,13 @@ enum ReadyPass {
         target: wgpu::TextureView,
         triangles: Option<Triangles>,
     },
+}
+
+/// One dispatch of a pass.
+struct ReadyPart {
+    part: DispatchPart,
+    /// The uniform block `division`, if the shader has it.
+    group: Option<wgpu::BindGroup>,
 }
 
 /// Triangles that one pipeline draws.
@@ -377,8 +388,8 @@ fn same_but_for_numbers(old: &FramePlan, new: &FramePlan) -> bool {
             }
     };
     let same_pass = |(old, new): (&Pass, &Pass)| {
-        (&old.name, old.shader, &old.constants, &old.bindings, &old.cleared, &old.work)
-            == (&new.name, new.shader, &new.constants, &new.bindings, &new.cleared, &new.work)
+        (&old.name, old.shader, &old.constants, &old.bindings, &old.cleared, &old.parts, &old.work, old.cost)
+            == (&new.name, new.shader, &new.constants, &new.bindings, &new.cleared, &new.parts, &new.work, new.cost)
     };
     old.display_size == new.display_size
         && old.views == new.views

@@ -7,7 +7,7 @@ use std::{
 
 use halflight_shared_shaders::{EntryPoint, Shader};
 
-use crate::plan::DeviceLimits;
+use crate::plan::{DeviceLimits, WORK_ON_GPU, WORK_ON_PROCESSOR};
 
 /// A device and its queue with a cache of compiled shaders. Pipelines are created on first use.
 pub struct Gpu {
@@ -19,6 +19,9 @@ pub struct Gpu {
     pub timestamp_period: Option<f32>,
     /// Bytes that plans may use in total; `None` where nobody knows, as in a browser.
     pub memory: Option<u64>,
+    /// Work that one dispatch and one submission may do: [`WORK_ON_GPU`], or [`WORK_ON_PROCESSOR`] on a software adapter. A
+    /// change counts for graphs that are compiled after it.
+    pub work_at_once: u64,
     /// Clears a part of a depth target.
     pub(crate) clear_pipeline: OnceLock<wgpu::RenderPipeline>,
     modules: Mutex<HashMap<&'static str, wgpu::ShaderModule>>,
@@ -51,7 +54,9 @@ impl Gpu {
     pub fn new(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let timestamp_period =
             device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| queue.get_timestamp_period());
+        let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
         Self {
+            work_at_once: if software { WORK_ON_PROCESSOR } else { WORK_ON_GPU },
             device,
             queue,
             timestamp_period,

@@ -15,7 +15,7 @@ pub use compiled::{Changed, CompiledGraph, Externals, PassTime, Provider, Triang
 pub use gpu::Gpu;
 pub use plan::{
     BeyondLimits, Cause, Demand, Dependency, DeviceLimits, Draw, ExternalSize, FramePlan, Handle, History, Limit, Part,
-    Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Tile, When, Work, bytes_in_words,
-    check_external,
+    Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Tile, WORK_ON_GPU, WORK_ON_PROCESSOR, When,
+    Work, bytes_in_words, check_external,
 };
 pub use view::{Continuity, View};

@@ -8,12 +8,15 @@ use serde::Serialize;
 
 mod dependencies;
 mod display;
+mod division;
 mod limits;
 mod pass_builder;
 
 pub(crate) use dependencies::Dependencies;
 pub use dependencies::{Cause, Dependency, When};
 pub use display::bytes_in_words;
+pub(crate) use division::{DIVISION, Part as DispatchPart};
+pub use division::{WORK_ON_GPU, WORK_ON_PROCESSOR};
 pub use limits::{BeyondLimits, Demand, DeviceLimits, ExternalSize, Limit, check_external};
 pub use pass_builder::{PassBuilder, Tile};
 
@@ -222,8 +225,16 @@ pub struct Pass {
     pub params: Vec<(&'static str, UniformValue)>,
     /// Buffers that are cleared to zero before the pass.
     pub cleared: Vec<ResourceId>,
+    /// Buffers of which the pass writes one part only, with the number of the part.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<(ResourceId, u32)>,
+    /// Buffers that the pass reads although it also writes them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub continued: Vec<ResourceId>,
     /// What runs.
     pub work: Work,
+    /// Work of one invocation of its compute shader: see [`PassBuilder::costs`].
+    pub cost: u64,
     /// Part of the frame.
     pub part: Part,
     /// Index in [`FramePlan::views`] of the view that it renders; `None` for the display's.
@@ -259,7 +270,8 @@ impl Pass {
         if let Work::Voxelize { target, .. } = self.work {
             written.push(target);
         }
-        (read.into_iter().map(|&(_, id)| id).collect(), written)
+        let read = read.into_iter().map(|(_, id)| id).chain(&self.continued);
+        (read.copied().collect(), written)
     }
 }
 
@@ -437,7 +449,10 @@ impl FramePlan {
                 bindings,
                 params,
                 cleared: Vec::new(),
+                parts: Vec::new(),
+                continued: Vec::new(),
                 work,
+                cost: 1,
                 part,
                 view,
                 reason: String::new(),

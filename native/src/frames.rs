@@ -50,11 +50,9 @@ pub fn run_frame(
 }
 
 fn run_whole(gpu: &Gpu, recording: &CompiledGraph, view: &View, changed: Changed) -> Result<FrameTime, DeviceError> {
-    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-    recording.record(gpu, &mut encoder, view, changed);
-    let commands = encoder.finish();
+    let commands = recording.commands(gpu, view, changed);
     let start = Instant::now();
-    gpu.queue.submit([commands]);
+    submit_each(gpu, commands);
     wait(gpu)?;
     let wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
     let passes = match recording.timing_buffer() {
@@ -64,19 +62,25 @@ fn run_whole(gpu: &Gpu, recording: &CompiledGraph, view: &View, changed: Changed
     Ok(FrameTime { passes, wall_milliseconds })
 }
 
+/// Each in a submission of its own, so that a watchdog sees short ones.
+fn submit_each(gpu: &Gpu, commands: Vec<wgpu::CommandBuffer>) {
+    for commands in commands {
+        gpu.queue.submit([commands]);
+    }
+}
+
 fn run_apart(gpu: &Gpu, recording: &CompiledGraph, view: &View, changed: Changed) -> Result<FrameTime, DeviceError> {
     let commands = recording.record_apart(gpu, view, changed);
     let start = Instant::now();
     let mut passes = Vec::with_capacity(commands.len());
     for (planned, commands) in recording.plan().passes.iter().zip(commands) {
         let begin = Instant::now();
-        let milliseconds = match commands {
-            Some(commands) => {
-                gpu.queue.submit([commands]);
-                wait(gpu)?;
-                begin.elapsed().as_secs_f64() * 1e3
-            }
-            None => 0.0,
+        let milliseconds = if commands.is_empty() {
+            0.0
+        } else {
+            submit_each(gpu, commands);
+            wait(gpu)?;
+            begin.elapsed().as_secs_f64() * 1e3
         };
         passes.push(PassTime { name: planned.name.clone(), part: planned.part, milliseconds });
     }

@@ -11,7 +11,7 @@ use std::{
 use crate::{Binding, BindingKind, Shader};
 
 /// Uniform blocks that the frame graph fills by itself.
-const BLOCKS_OF_THE_GRAPH: [&str; 2] = ["view", "previous"];
+const BLOCKS_OF_THE_GRAPH: [&str; 3] = ["view", "previous", "division"];
 
 /// Name of the uniform block that holds a pass's own numbers.
 const PARAMS: &str = "params";

@@ -43,7 +43,7 @@ impl<R> Call<R> {
         for binding in self.shader.bindings() {
             let given = match &binding.kind {
                 BindingKind::Sampler { .. } => true,
-                BindingKind::Uniform { .. } if ["view", "previous"].contains(&binding.name) => true,
+                BindingKind::Uniform { .. } if ["view", "previous", "division"].contains(&binding.name) => true,
                 BindingKind::Uniform { members, .. } if binding.name == "params" => {
                     for member in members.iter().filter(|member| !member.name.starts_with("unused")) {
                         let given = self.params.iter().any(|(name, _)| *name == member.name);

@@ -58,7 +58,7 @@ pub const MUTATIONS: &[Mutation] = &[
     },
     Mutation {
         name: "rings are half a pixel off",
-        edits: &[("let centre = vec2f(id.xy) + 0.5;", "let centre = vec2f(id.xy);")],
+        edits: &[("let centre = vec2f(id) + 0.5;", "let centre = vec2f(id);")],
         rows: &["gather against float64", "mirroring"],
         hidden_by: None,
     },

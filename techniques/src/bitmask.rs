@@ -125,6 +125,8 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         finds: parameters.finds,
         radius: parameters.radius,
         resolution: parameters.resolution,
+        samples: 2 * parameters.slices * parameters.steps,
+        sky_rays: 4 * parameters.slices,
         denoise: parameters.denoise,
         storage: parameters.storage,
     };

@@ -59,6 +59,8 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         finds: Finds::Occlusion,
         radius: parameters.radius,
         resolution: parameters.resolution,
+        samples: 2 * parameters.slices * parameters.steps,
+        sky_rays: 0,
         denoise: parameters.denoise,
         // Ambient visibility is one float, whatever the storage of light.
         storage: Storage::Float32,

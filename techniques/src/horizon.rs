@@ -61,6 +61,8 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         finds: Finds::Light,
         radius: parameters.radius,
         resolution: parameters.resolution,
+        samples: 2 * parameters.slices * parameters.steps,
+        sky_rays: 2 * parameters.slices,
         denoise: parameters.denoise,
         storage: parameters.storage,
     };

@@ -299,12 +299,23 @@ impl<'a> Gather<'a> {
         }
     }
 
+    /// Work of one receiver: its samples and rays.
+    fn cost(&self, plan: &FramePlan) -> u64 {
+        let parameters = self.parameters;
+        let near = if parameters.sources == Sources::Lights { 0 } else { parameters.screen_samples };
+        let far = if self.lights.is_some() { parameters.light_samples } else { 0 };
+        let rays = u64::from(far.div_ceil(parameters.samples_per_ray));
+        u64::from(near) + u64::from(far) + rays * self.voxels.map_or(0, |voxels| voxels.ray_cost(plan))
+    }
+
     /// Plans the gather at the start resolution.
     fn gather(&self, plan: &mut FramePlan) -> ResourceId {
         let size = self.level.size;
         let gathered = plan.texture("gathered", size, Format::Rgba32Float, "light at the start resolution");
+        let cost = self.cost(plan);
         plan.pass(Part::Technique, "gather", self.run(gathered, false, None))
             .because("near light from the screen, far light from virtual point lights")
+            .costs(cost)
             .over(size);
         gathered
     }
@@ -320,8 +331,10 @@ impl<'a> Gather<'a> {
         let size = plan.display_size;
         let recomputed = plan.texture("recomputed", size, format, "light with recomputed pixels");
         let of_pixel = gather::Recompute { depth: inputs.depth, normal: inputs.normal, interpolated };
+        let cost = self.cost(plan);
         plan.pass(Part::Technique, "recompute", self.run(recomputed, half, Some(of_pixel)))
             .because("recomputes pixels whose surface no coarse texel shows")
+            .costs(cost)
             .over(size);
         recomputed
     }

@@ -62,6 +62,8 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         finds: parameters.finds,
         radius: parameters.radius,
         resolution: parameters.resolution,
+        samples: parameters.rays * parameters.steps,
+        sky_rays: parameters.rays,
         denoise: parameters.denoise,
         storage: parameters.storage,
     };

@@ -90,6 +90,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
             };
             plan.pass(Part::Technique, format!("rsm_{index}"), run)
                 .because("lit surfaces around the receiver's position in the map")
+                .costs(parameters.samples.into())
                 .over(level.size);
             written = sums[index % 2];
         },

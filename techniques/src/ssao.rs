@@ -51,7 +51,10 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         params: gather::Params { scale: level.scale as f32, radius },
         constants: gather::Constants { samples: parameters.samples },
     };
-    plan.pass(Part::Technique, "gather", run).because("occluded points reduce ambient visibility").over(level.size);
+    plan.pass(Part::Technique, "gather", run)
+        .because("occluded points reduce ambient visibility")
+        .costs(parameters.samples.into())
+        .over(level.size);
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: Storage::Float32 };
     let open = to_display(plan, inputs, &upsampling, &level, gathered, "ambient_occlusion");
     plan.outputs.insert("ambient_occlusion", open);

@@ -64,6 +64,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     };
     plan.pass(Part::Technique, "gather", run)
         .because("surfaces that occlude points of the hemisphere light the receiver")
+        .costs(parameters.samples.into())
         .over(level.size);
     let upsampling = Upsampling { kernel: UpsamplingKernel::Spline, storage: parameters.storage };
     Ok(Some(to_display(plan, inputs, &upsampling, &level, gathered, "indirect")))

@@ -156,6 +156,105 @@ fn pictures_are_equal_with_and_without_reuse() {
     }
 }
 
+/// A directional, a spot and a point light over the corner of `lights`, with one, one and six views.
+fn three_lights() -> Scene {
+    let mut scene = bundled("lights");
+    let kept = [0, 1, 3].map(|index| scene.lights[index]);
+    scene.lights = kept.to_vec();
+    scene
+}
+
+/// Passes that draw a shadow map or a reflective shadow map.
+fn maps(ran: &[(String, Cause)]) -> Vec<&str> {
+    let draws = |name: &str| ["shadow_", "light_view_", "lit_surfaces_"].iter().any(|of_map| name.starts_with(of_map));
+    ran.iter().map(|(name, _)| name.as_str()).filter(|name| draws(name)).collect()
+}
+
+/// Techniques with reflective shadow maps, and settings that use them in every way.
+fn with_maps() -> [(&'static str, Settings); 5] {
+    let small = ("direct.shadow_map_size", "128");
+    let hybrid = |more: &[(&str, &str)]| settings("hybrid", &[&[small, ("voxel_resolution", "32")], more].concat());
+    [
+        ("rsm", settings("rsm", &[small])),
+        ("hybrid", hybrid(&[])),
+        ("hybrid", hybrid(&[("weighting", "pattern"), ("specular", "both"), ("ambient_occlusion", "both")])),
+        ("hierarchical", settings("hierarchical", &[small, ("sources", "lights"), ("voxel_resolution", "32")])),
+        ("hierarchical", settings("hierarchical", &[small, ("sources", "both"), ("light_visibility", "off")])),
+    ]
+}
+
+#[test]
+fn one_of_three_lights_draws_its_own_maps_alone() {
+    let scene = three_lights();
+    // Views of each light.
+    let views: [std::ops::Range<u32>; 3] = [0..1, 1..2, 2..8];
+    for (technique, settings) in with_maps() {
+        let mut show = Show::new(&scene, technique, &settings, true);
+        show.run(&scene.camera, 0);
+        assert_eq!(maps(&show.ran()).len(), 3 * 8, "{technique}: all maps of the first frame");
+        for frame in 1..3 {
+            show.run(&scene.camera, frame);
+            assert_eq!(maps(&show.ran()), [""; 0], "{technique} {settings:?}: only the frame number has changed");
+        }
+        for (index, views) in views.iter().enumerate() {
+            show.relight(turned(&show.scene.lights, index));
+            show.run(&scene.camera, 3 + index as u32);
+            let shadows = views.clone().map(|view| format!("shadow_{view}"));
+            let surfaces =
+                views.clone().flat_map(|view| [format!("light_view_{view}"), format!("lit_surfaces_{view}")]);
+            let expected: Vec<_> = shadows.chain(surfaces).collect();
+            assert_eq!(maps(&show.ran()), expected, "{technique} {settings:?}: light {index}");
+        }
+        // Brightness does not change the shadow map. The views share the texture of visible triangles.
+        let mut lights = show.scene.lights.clone();
+        if let Light::Spot { intensity, .. } = &mut lights[1] {
+            intensity[0] *= 0.5;
+        }
+        show.relight(lights);
+        show.run(&scene.camera, 6);
+        assert_eq!(maps(&show.ran()), ["light_view_1", "lit_surfaces_1"], "{technique} {settings:?}");
+    }
+}
+
+#[test]
+fn pictures_are_equal_if_single_lights_turn() {
+    let scene = three_lights();
+    for (technique, settings) in with_maps() {
+        let [mut reuses, mut anew] = [true, false].map(|reuses| Show::new(&scene, technique, &settings, reuses));
+        for frame in 0..5 {
+            // The lights take turns, and one frame of four is static.
+            if frame % 4 != 3 {
+                for show in [&mut reuses, &mut anew] {
+                    show.relight(turned(&show.scene.lights, frame % 4));
+                }
+            }
+            let [a, b] = [&mut reuses, &mut anew].map(|show| show.run(&scene.camera, frame as u32));
+            assert!(a == b, "{technique} {settings:?}: frame {frame}; ran {:?}", reuses.ran());
+        }
+    }
+}
+
+#[test]
+fn maps_of_many_lights_share_their_textures() {
+    let mut scene = three_lights();
+    let point = scene.lights[2];
+    let facts = |scene: &Scene| SceneFacts::of(scene);
+    let plan = |scene: &Scene| {
+        plan_frame(&facts(scene), known("rsm"), &settings("rsm", &[]), SIZE, Default::default()).unwrap()
+    };
+    let bytes = |plan: &FramePlan| -> u64 {
+        let maps = plan.resources.iter().filter(|resource| resource.name.starts_with("light_view_"));
+        maps.map(halflight_frame_graph::Resource::bytes).sum()
+    };
+    // 32 bytes a texel for each of eight views, and triangles and depth of one; 80 bytes a view for its matrix.
+    assert_eq!(bytes(&plan(&scene)), 256 * 256 * (8 * 32 + 8) + 8 * 80);
+    scene.lights = vec![point; 64];
+    let many = plan(&scene);
+    assert_eq!(bytes(&many), 256 * 256 * (32 + 8) + 384 * 80);
+    let shared = many.resources.iter().find(|resource| resource.name == "light_view_light").unwrap();
+    assert!(shared.reason.contains("all 384 views share it"), "{}", shared.reason);
+}
+
 #[test]
 fn a_static_scene_draws_no_surface_and_no_shadow_again() {
     let scene = bundled("lights");

@@ -268,11 +268,14 @@ impl Side {
             seen.continuity = if moved { Continuity::Changing } else { Continuity::Static };
         }
         self.drawn_frames = self.drawn_frames.wrapping_add(1);
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         // Frames of a moment after its first one are measured.
         let changed =
             if moved || self.method != Method::Timestamps { Changed::Only(&changed) } else { Changed::Anything };
-        self.graph.record(gpu, &mut encoder, &seen, changed);
+        // Several submissions where a watchdog would end a long one.
+        for commands in self.graph.commands(gpu, &seen, changed) {
+            gpu.queue.submit([commands]);
+        }
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         if let Some(show) = &self.show {
             show.record(gpu, &mut encoder, &seen, Changed::Anything);
         }

@@ -2,10 +2,10 @@
 
 use halflight_shared_shaders::{BindingKind, Shader, Stage};
 
-use super::{Provider, ReadyDraw, ReadyPass, resolve_history, tile::clear_pipeline};
+use super::{Provider, ReadyDraw, ReadyPart, ReadyPass, resolve_history, tile::clear_pipeline};
 use crate::{
     Gpu,
-    plan::{Draw, FramePlan, Pass, ResourceId, Work},
+    plan::{DIVISION, Draw, FramePlan, Pass, ResourceId, Work},
 };
 
 pub(super) struct Maker<'a> {
@@ -23,7 +23,7 @@ impl Maker<'_> {
     pub(super) fn ready(&self, pass: &Pass, params: Option<&wgpu::Buffer>) -> ReadyPass {
         let shader = pass.shader;
         match &pass.work {
-            Work::Dispatch { entry, size } => {
+            Work::Dispatch { entry, .. } => {
                 let entry = shader.entry_points.iter().find(|e| e.name == *entry).unwrap_or(&shader.entry_points[0]);
                 debug_assert_eq!(entry.stage, Stage::Compute);
                 let pipeline = self.gpu.compute_pipeline(shader, entry, &pass.constants);
@@ -33,8 +33,8 @@ impl Maker<'_> {
                 let first = group(0);
                 let alternates = pass.bindings.iter().any(|&(_, id)| resolve_history(self.plan, id, 1) != id);
                 let groups = [first.clone(), if alternates { group(1) } else { first }];
-                let workgroups = [size[0].div_ceil(entry.workgroup_size[0]), size[1].div_ceil(entry.workgroup_size[1])];
-                ReadyPass::Compute { pipeline, groups, workgroups }
+                let parts = self.parts(pass, entry.workgroup_size, &pipeline);
+                ReadyPass::Compute { pipeline, groups, parts }
             }
             Work::Draw { draws, targets, depth, tile } => {
                 let formats: Vec<_> = targets.iter().map(|&id| self.texture(pass, id).format()).collect();
@@ -58,6 +58,37 @@ impl Maker<'_> {
                 ReadyPass::Voxelize { pipeline, group, target, triangles }
             }
         }
+    }
+
+    /// The dispatches of a pass. Each binds its own part of one buffer.
+    fn parts(&self, pass: &Pass, workgroup_size: [u32; 3], pipeline: &wgpu::ComputePipeline) -> Vec<ReadyPart> {
+        /// Bytes between uniform blocks: the alignment that every device allows.
+        const STRIDE: usize = 256;
+        let parts = pass.parts(self.gpu.work_at_once);
+        if !pass.shader.bindings().any(|binding| binding.name == DIVISION) {
+            return parts.into_iter().map(|part| ReadyPart { part, group: None }).collect();
+        }
+        let mut blocks = vec![0; STRIDE * parts.len()];
+        for (block, part) in blocks.chunks_mut(STRIDE).zip(&parts) {
+            block[..16].copy_from_slice(bytemuck::bytes_of(&part.block(workgroup_size)));
+        }
+        let buffer = make_buffer(self.gpu, "divisions", &blocks, wgpu::BufferUsages::UNIFORM);
+        let layout = pipeline.get_bind_group_layout(1);
+        let ready = |(index, part)| {
+            let binding = wgpu::BufferBinding {
+                buffer: &buffer,
+                offset: (index * STRIDE) as u64,
+                size: wgpu::BufferSize::new(16),
+            };
+            let entry = wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::Buffer(binding) };
+            let group = self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("division"),
+                layout: &layout,
+                entries: &[entry],
+            });
+            ReadyPart { part, group: Some(group) }
+        };
+        parts.into_iter().enumerate().map(ready).collect()
     }
 
     fn draw(
@@ -95,6 +126,7 @@ impl Maker<'_> {
         }
         let held: Vec<(u32, Held)> = shader
             .bindings()
+            .filter(|binding| binding.name != DIVISION)
             .map(|binding| {
                 let id = || {
                     let bound = pass.bindings.iter().find(|(name, _)| *name == binding.name);

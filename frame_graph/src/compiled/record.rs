@@ -1,40 +1,77 @@
 //! Recording of frames.
 
-use std::sync::MutexGuard;
+use std::{ops::Range, sync::MutexGuard};
 
 use halflight_shared_shaders::BindingKind;
 
-use super::{Changed, CompiledGraph, ReadyPass, Triangles, frame_state::FrameState, tile::begin_tile, timer::Timer};
+use super::{
+    Changed, CompiledGraph, ReadyPart, ReadyPass, Triangles, frame_state::FrameState, tile::begin_tile, timer::Timer,
+};
 use crate::{Gpu, View, plan::Cause};
 
 impl CompiledGraph {
     /// Records the passes of a frame that are due. `changed` is what the caller has changed since the last frame.
+    ///
+    /// All of them are in one command buffer, which a watchdog may end if its work is long: see
+    /// [`CompiledGraph::commands`].
     pub fn record(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, view: &View, changed: Changed) {
         let state = self.begin_frame(gpu, view, changed);
         for (index, ran) in state.ran.iter().enumerate() {
             match (ran, &self.timer) {
-                (Some(_), timer) => self.record_pass(encoder, index, state.ping_pong, timer.as_ref()),
+                (Some(_), timer) => {
+                    self.record_pass(encoder, index, state.ping_pong, timer.as_ref(), self.all_parts(index))
+                }
                 // An empty pass, for its timestamps.
                 (None, Some(timer)) => drop(encoder.begin_compute_pass(&self.compute_descriptor(index, Some(timer)))),
                 (None, None) => {}
             }
         }
         if let Some(timer) = &self.timer {
-            encoder.resolve_query_set(&timer.queries, 0..2 * self.passes.len() as u32, &timer.resolved, 0);
-            encoder.copy_buffer_to_buffer(&timer.resolved, 0, &timer.readable, 0, timer.resolved.size());
+            timer.resolve(encoder);
         }
     }
 
-    /// As [`CompiledGraph::record`], with one command buffer per pass, to measure them by the CPU's clock if the device's
-    /// timestamps are not reliable. `None` for passes that are not due.
-    pub fn record_apart(&self, gpu: &Gpu, view: &View, changed: Changed) -> Vec<Option<wgpu::CommandBuffer>> {
+    /// As [`CompiledGraph::record`], as command buffers that the caller submits one by one, in order. Each does at most
+    /// [`Gpu::work_at_once`], because the watchdogs of some systems count the time of a submission and not that of a
+    /// dispatch. It is one if the work is short.
+    pub fn commands(&self, gpu: &Gpu, view: &View, changed: Changed) -> Vec<wgpu::CommandBuffer> {
+        let state = self.begin_frame(gpu, view, changed);
+        let new = || gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        let (mut commands, mut encoder, mut work) = (Vec::new(), new(), 0u64);
+        for (index, ran) in state.ran.iter().enumerate() {
+            match (ran, &self.timer) {
+                (Some(_), timer) => {
+                    for (range, own) in self.dispatches(index) {
+                        if work > 0 && work.saturating_add(own) > gpu.work_at_once {
+                            commands.push(std::mem::replace(&mut encoder, new()).finish());
+                            work = 0;
+                        }
+                        work = work.saturating_add(own);
+                        self.record_pass(&mut encoder, index, state.ping_pong, timer.as_ref(), range);
+                    }
+                }
+                (None, Some(timer)) => drop(encoder.begin_compute_pass(&self.compute_descriptor(index, Some(timer)))),
+                (None, None) => {}
+            }
+        }
+        if let Some(timer) = &self.timer {
+            timer.resolve(&mut encoder);
+        }
+        commands.push(encoder.finish());
+        commands
+    }
+
+    /// As [`CompiledGraph::record`], with one command buffer per dispatch or draw, to measure passes by the CPU's clock if
+    /// the device's timestamps are not reliable. None for passes that are not due.
+    pub fn record_apart(&self, gpu: &Gpu, view: &View, changed: Changed) -> Vec<Vec<wgpu::CommandBuffer>> {
         let state = self.begin_frame(gpu, view, changed);
         let apart = |(index, ran): (usize, &Option<Cause>)| {
-            ran.map(|_| {
+            let of_pass = |(range, _)| {
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                self.record_pass(&mut encoder, index, state.ping_pong, None);
+                self.record_pass(&mut encoder, index, state.ping_pong, None, range);
                 encoder.finish()
-            })
+            };
+            if ran.is_some() { self.dispatches(index).map(of_pass).collect() } else { Vec::new() }
         };
         state.ran.iter().enumerate().map(apart).collect()
     }
@@ -46,8 +83,25 @@ impl CompiledGraph {
         // A pass that adds to a buffer leaves other results after several runs.
         state.mark(pass, Cause::Repeated);
         for _ in 0..times {
-            self.record_pass(encoder, pass, state.ping_pong, None);
+            self.record_pass(encoder, pass, state.ping_pong, None, self.all_parts(pass));
         }
+    }
+
+    /// All dispatches of a pass; one draw counts as one.
+    fn all_parts(&self, pass: usize) -> Range<usize> {
+        match &self.passes[pass] {
+            ReadyPass::Compute { parts, .. } => 0..parts.len(),
+            ReadyPass::Draw { .. } | ReadyPass::Voxelize { .. } => 0..1,
+        }
+    }
+
+    /// Each dispatch of a pass, and its work.
+    fn dispatches(&self, pass: usize) -> impl Iterator<Item = (Range<usize>, u64)> {
+        let work = move |index: usize| match &self.passes[pass] {
+            ReadyPass::Compute { parts, .. } => parts[index].part.work,
+            ReadyPass::Draw { .. } | ReadyPass::Voxelize { .. } => 0,
+        };
+        self.all_parts(pass).map(move |index| (index..index + 1, work(index)))
     }
 
     /// Writes the uniform blocks of the frame's view and of the previous frame, and determines which passes are due.
@@ -78,23 +132,49 @@ impl CompiledGraph {
         state
     }
 
-    fn record_pass(&self, encoder: &mut wgpu::CommandEncoder, index: usize, ping_pong: usize, timer: Option<&Timer>) {
+    /// Records these dispatches of a pass. The first one writes the timestamp of its beginning, the last one that of its
+    /// end.
+    fn record_pass(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        index: usize,
+        ping_pong: usize,
+        timer: Option<&Timer>,
+        range: Range<usize>,
+    ) {
         let label = Some(self.plan.passes[index].name.as_str());
-        let query = 2 * index as u32;
-        for buffer in self.plan.passes[index].cleared.iter().filter_map(|&id| self.buffer(id)) {
-            encoder.clear_buffer(buffer, 0, None);
+        if range.start == 0 {
+            for buffer in self.plan.passes[index].cleared.iter().filter_map(|&id| self.buffer(id)) {
+                encoder.clear_buffer(buffer, 0, None);
+            }
         }
-        let timestamps = timer.map(|timer| wgpu::RenderPassTimestampWrites {
-            query_set: &timer.queries,
-            beginning_of_pass_write_index: Some(query),
-            end_of_pass_write_index: Some(query + 1),
+        let timestamps = timer.map(|timer| {
+            let (query_set, query) = timer.queries_of(index);
+            wgpu::RenderPassTimestampWrites {
+                query_set,
+                beginning_of_pass_write_index: Some(query),
+                end_of_pass_write_index: Some(query + 1),
+            }
         });
         match &self.passes[index] {
-            ReadyPass::Compute { pipeline, groups, workgroups } => {
-                let mut pass = encoder.begin_compute_pass(&self.compute_descriptor(index, timer));
+            ReadyPass::Compute { pipeline, groups, parts } => {
+                let (first, last) = (range.start == 0, range.end == parts.len());
+                let timed = timer.filter(|_| first || last);
+                let mut descriptor = self.compute_descriptor(index, timed);
+                if let Some(timestamps) = &mut descriptor.timestamp_writes {
+                    timestamps.beginning_of_pass_write_index =
+                        timestamps.beginning_of_pass_write_index.filter(|_| first);
+                    timestamps.end_of_pass_write_index = timestamps.end_of_pass_write_index.filter(|_| last);
+                }
+                let mut pass = encoder.begin_compute_pass(&descriptor);
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, &groups[ping_pong], &[]);
-                pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);
+                for ReadyPart { part, group } in &parts[range] {
+                    if group.is_some() {
+                        pass.set_bind_group(1, group, &[]);
+                    }
+                    pass.dispatch_workgroups(part.count[0], part.count[1], 1);
+                }
             }
             ReadyPass::Draw { draws, colors, depth, tile } => {
                 let attachments: Vec<_> = colors
@@ -135,13 +215,15 @@ impl CompiledGraph {
     }
 
     fn compute_descriptor<'a>(&'a self, index: usize, timer: Option<&'a Timer>) -> wgpu::ComputePassDescriptor<'a> {
-        let query = 2 * index as u32;
         wgpu::ComputePassDescriptor {
             label: Some(self.plan.passes[index].name.as_str()),
-            timestamp_writes: timer.map(|timer| wgpu::ComputePassTimestampWrites {
-                query_set: &timer.queries,
-                beginning_of_pass_write_index: Some(query),
-                end_of_pass_write_index: Some(query + 1),
+            timestamp_writes: timer.map(|timer| {
+                let (query_set, query) = timer.queries_of(index);
+                wgpu::ComputePassTimestampWrites {
+                    query_set,
+                    beginning_of_pass_write_index: Some(query),
+                    end_of_pass_write_index: Some(query + 1),
+                }
             }),
         }
     }

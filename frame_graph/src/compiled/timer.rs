@@ -20,35 +20,62 @@ pub struct PassTime {
 
 /// Timestamps around every pass of a frame.
 pub(super) struct Timer {
-    pub(super) queries: wgpu::QuerySet,
-    pub(super) resolved: wgpu::Buffer,
+    /// As many sets as the passes need: a set has a largest size.
+    queries: Vec<wgpu::QuerySet>,
+    resolved: wgpu::Buffer,
     pub(super) readable: wgpu::Buffer,
     nanoseconds: f32,
 }
 
+/// Passes of one query set.
+const PASSES_OF_A_SET: usize = wgpu::QUERY_SET_MAX_QUERIES as usize / 2;
+
 impl Timer {
-    /// Timer for this many passes; `None` if the device has no timestamps, or not so many.
+    /// Timer for this many passes; `None` if the device has no timestamps.
     pub(super) fn new(gpu: &Gpu, passes: usize) -> Option<Self> {
         let nanoseconds = gpu.timestamp_period?;
-        let count = 2 * u32::try_from(passes).ok().filter(|&n| n > 0 && 2 * n <= wgpu::QUERY_SET_MAX_QUERIES)?;
+        if passes == 0 {
+            return None;
+        }
         let buffer = |label, usage| {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
-                size: u64::from(count) * 8,
+                size: passes as u64 * 16,
                 usage,
                 mapped_at_creation: false,
             })
         };
         Some(Self {
-            queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("pass times"),
-                ty: wgpu::QueryType::Timestamp,
-                count,
-            }),
+            queries: (0..passes)
+                .step_by(PASSES_OF_A_SET)
+                .map(|first| {
+                    gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                        label: Some("pass times"),
+                        ty: wgpu::QueryType::Timestamp,
+                        count: 2 * (passes - first).min(PASSES_OF_A_SET) as u32,
+                    })
+                })
+                .collect(),
             resolved: buffer("timestamps", wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
             readable: buffer("timestamps to read", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST),
             nanoseconds,
         })
+    }
+
+    /// The query set of a pass, and its first query in it.
+    pub(super) fn queries_of(&self, pass: usize) -> (&wgpu::QuerySet, u32) {
+        (&self.queries[pass / PASSES_OF_A_SET], 2 * (pass % PASSES_OF_A_SET) as u32)
+    }
+
+    /// Copies all times to `readable`.
+    pub(super) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        let passes = self.resolved.size() as usize / 16;
+        for (index, queries) in self.queries.iter().enumerate() {
+            let first = index * PASSES_OF_A_SET;
+            let count = 2 * (passes - first).min(PASSES_OF_A_SET) as u32;
+            encoder.resolve_query_set(queries, 0..count, &self.resolved, first as u64 * 16);
+        }
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readable, 0, self.resolved.size());
     }
 
     /// Times from the bytes of `readable` after a frame of this plan.

@@ -88,7 +88,8 @@ pub enum Cause {
     Pass(usize),
 }
 
-/// A layer of a depth target, and the corner of a tile in it. A layer is drawn either whole or in tiles.
+/// A layer of a depth target, and the corner of a tile in it. A layer is drawn either whole or in tiles. Or a part of a
+/// buffer.
 type Layer = (u32, Option<[u32; 2]>);
 
 /// A resource, or a layer of it.
@@ -212,12 +213,12 @@ fn link_part(contents: &Contents, readers: &[usize], is_output: bool, leads_to: 
     }
 }
 
-/// What a pass writes: of arrays the layer, where it is known.
+/// What a pass writes: of arrays the layer and of buffers the part, where it is known.
 fn places_written(pass: &Pass) -> Vec<Place> {
     let (_, written) = pass.reads_and_writes();
     let layer = |id: ResourceId| match pass.work {
         Work::Draw { depth: (target, layer), tile, .. } if target == id => Some((layer, tile.map(|tile| tile.corner))),
-        _ => None,
+        _ => pass.parts.iter().find(|(buffer, _)| *buffer == id).map(|&(_, part)| (part, None)),
     };
     let cleared = pass.cleared.iter().filter(|id| !written.contains(id)).copied().collect::<Vec<_>>();
     written.into_iter().chain(cleared).map(|id| (id, layer(id))).collect()

@@ -64,7 +64,7 @@ impl fmt::Display for FramePlan {
             let (reads, writes) = pass.reads_and_writes();
             writeln!(f, "{:>4}  {:<name$}  {:<reason$}  {}", index + 1, pass.name, pass.reason, pass.shader.name)?;
             writeln!(f, "      {:name$}  {} -> {}", "", names(&reads), names(&writes))?;
-            writeln!(f, "      {:name$}  {when}", "")?;
+            writeln!(f, "      {:name$}  {when}{}", "", Self::dispatches_in_words(pass))?;
         }
         writeln!(f, "\nTextures and buffers")?;
         let name = width(&mut self.resources.iter().map(|resource| resource.name.len()));

@@ -27,6 +27,26 @@ impl PassBuilder<'_> {
         self
     }
 
+    /// Declares that the pass writes only this part of a buffer and reads nothing of it. Passes that write other parts do
+    /// not run with it. The caller numbers the parts, which must not overlap.
+    pub fn into_part(mut self, buffer: ResourceId, part: u32) -> Self {
+        self.pass.parts.push((buffer, part));
+        self
+    }
+
+    /// As [`PassBuilder::into_part`], for a pass that also reads the parts that earlier passes have written.
+    pub fn after_parts(mut self, buffer: ResourceId, part: u32) -> Self {
+        self.pass.continued.push(buffer);
+        self.into_part(buffer, part)
+    }
+
+    /// Declares the work of one invocation, in fetches of a texel with the arithmetic around them: for a pass whose work
+    /// grows with a setting. It decides into how many dispatches the pass is divided.
+    pub fn costs(mut self, work: u64) -> Self {
+        self.pass.cost = work;
+        self
+    }
+
     /// Gives the reason for the pass.
     pub fn because(mut self, reason: impl Into<String>) -> Self {
         self.pass.reason = reason.into();

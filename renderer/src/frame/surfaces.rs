@@ -90,6 +90,9 @@ pub(super) fn plan_gbuffer(
     GBuffer { depth, normal, albedo, material, object, objects: scene.objects }
 }
 
+/// Fetches of the shadow test of one light.
+const LIGHT_COST: u64 = 16;
+
 pub(super) fn plan_direct(
     plan: &mut FramePlan,
     facts: &SceneFacts,
@@ -113,6 +116,7 @@ pub(super) fn plan_direct(
     let (depth, normal) = (gbuffer.depth, gbuffer.normal);
     plan.pass(Part::Direct, "direct", DirectLight { depth, normal, direct, lit, emitters, constants })
         .because(format!("{}{}", counted(lights, "light"), if needs.emitters { " and emitters" } else { "" }))
+        .costs(LIGHT_COST * lights as u64)
         .over(size);
     direct
 }

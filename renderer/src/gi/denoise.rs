@@ -6,6 +6,9 @@ use crate::gi::resolution::Level;
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_shared_shaders::denoise::{self, Denoise};
 
+/// Fetches of a texel: 3x3 taps.
+const TAPS: u64 = 9;
+
 /// Plans the spatial filter: `count` passes. The distance of the taps doubles with each pass.
 pub fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u32) -> ResourceId {
     let format = plan.resources[noisy.0].format().unwrap_or(Format::Rgba32Float);
@@ -24,6 +27,7 @@ pub fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u
         };
         plan.pass(Part::Technique, format!("denoise_{turn}"), run)
             .because(format!("few samples leave noise: taps {spacing} texels apart"))
+            .costs(TAPS)
             .over(level.size);
         smoothed
     })

@@ -24,6 +24,9 @@ pub struct Level {
     pub surfels: ResourceId,
 }
 
+/// Fetches of a texel: depth, normal and radiance of four children.
+const CHILDREN: u64 = 12;
+
 /// Plans surfels `divisor` pixels wide, and `last` coarser levels, each of twice the width, finest first. With `vote` a
 /// texel keeps the child that most of its neighbours support, otherwise the nearest one.
 pub fn pyramid(plan: &mut FramePlan, inputs: &Inputs, vote: bool, divisor: u32, last: u32) -> Vec<Level> {
@@ -85,6 +88,7 @@ fn pyramid_and_planes(
         };
         plan.pass(Part::Technique, name, call)
             .because(if scale < divisor { "intermediate step to the start resolution" } else { "level of the gather" })
+            .costs(CHILDREN)
             .over(size);
         levels.push(Level { size, scale, surfels });
         scale *= 2;

@@ -9,15 +9,14 @@ use crate::{
         resolution::Level,
     },
     parameters::SettingsError,
-    scene::{SceneFacts, ShadowLayer, light_projections, shadow_view, triangles},
+    scene::{SceneFacts, ShadowLayer, light_of, light_projections, shadow_view, triangles},
 };
-use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId};
+use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId, bytes_in_words};
 use halflight_shared_shaders::{
     reflective_shadow_maps::{
         choose::{self, Choose},
         collect::{self, Collect},
         emitters,
-        keep::{self, Keep},
         lit_surfaces::{self, LitSurfaces},
         pyramid::{self, Pyramid},
     },
@@ -42,12 +41,71 @@ pub struct LightPyramid {
     pub views: u32,
 }
 
-/// A reflective shadow map. All views of lights are drawn into the same textures, one after another.
+/// A reflective shadow map.
+#[derive(Clone, Copy)]
 pub struct ReflectiveShadowMap {
     /// World position of each texel's surface.
     pub position: ResourceId,
     /// Area, normal and reflected radiance of that surface.
     pub light: ResourceId,
+}
+
+/// Bytes of a texel of a map.
+const MAP_TEXEL: u64 = 32;
+
+/// Bytes that the maps of all views may take together. 128 maps of 256 texels a side fit, the default of `rsm`: those of 21
+/// point lights.
+const MAPS_BUDGET: u64 = 1 << 28;
+
+/// The maps of all views. Each has textures of its own, so that a map is drawn again only if its own light changes. If they
+/// do not fit the budget, all views share one map: each is drawn after the passes that read the one before it, in every
+/// frame in which any of them is read.
+struct Maps {
+    maps: Vec<ReflectiveShadowMap>,
+}
+
+impl Maps {
+    fn new(plan: &mut FramePlan, size: u32, views: usize) -> Self {
+        let needed = views as u64 * MAP_TEXEL * u64::from(size).pow(2);
+        let own = needed <= MAPS_BUDGET;
+        let shared = format!(
+            "; all {views} views share it, because their own would take {}, more than {}: every view is drawn again in \
+             every frame",
+            bytes_in_words(needed),
+            bytes_in_words(MAPS_BUDGET)
+        );
+        let maps = (0..if own { views } else { 1 }).map(|index| {
+            let mut map = |name: &str, format, reason: &str| {
+                let name = if own { format!("{name}_{index}") } else { name.to_owned() };
+                let more = if own { "" } else { &shared };
+                plan.texture(name, [size; 2], format, format!("{reason}{more}"))
+            };
+            ReflectiveShadowMap {
+                position: map("light_view_place", Format::Rgba32Float, "world positions of a reflective shadow map"),
+                light: map("light_view_light", Format::Rgba32Uint, "light that the map's surfaces reflect"),
+            }
+        });
+        Self { maps: maps.collect() }
+    }
+
+    /// The map of a view.
+    fn of(&self, view: usize) -> ReflectiveShadowMap {
+        self.maps[view % self.maps.len()]
+    }
+}
+
+/// Work of a lit surface: three corners, a material and its texture.
+const LIT_SURFACE: u64 = 16;
+
+/// Where the surfaces of a view are written.
+enum Target {
+    Map(ReflectiveShadowMap),
+    /// The finest level of a [`LightPyramid`].
+    Pyramid(ResourceId),
+}
+
+/// What all views are drawn with, one after another.
+struct ViewDrawing {
     triangles: ResourceId,
     depth: ResourceId,
     size: u32,
@@ -62,13 +120,11 @@ fn scene_of<'a>(inputs: &Inputs<'a>, technique: &str) -> Result<&'a SceneFacts, 
     })
 }
 
-impl ReflectiveShadowMap {
+impl ViewDrawing {
     /// Plans the textures, `size` texels wide and high.
-    pub fn new(plan: &mut FramePlan, size: u32) -> Self {
+    fn new(plan: &mut FramePlan, size: u32) -> Self {
         let mut map = |name: &str, format, reason: &str| plan.texture(name, [size; 2], format, reason);
         Self {
-            position: map("light_view_place", Format::Rgba32Float, "world positions of a reflective shadow map"),
-            light: map("light_view_light", Format::Rgba32Uint, "light that the map's surfaces reflect"),
             triangles: map("light_view_triangles", Format::R32Uint, "visible triangles of a reflective shadow map"),
             depth: map("light_view_depth_test", Gpu::DEPTH_FORMAT, "depth test"),
             size,
@@ -76,14 +132,20 @@ impl ReflectiveShadowMap {
     }
 
     /// Plans the map of one view: the visible triangle of each texel, then the light that its surface reflects.
-    fn draw(&self, plan: &mut FramePlan, scene: &SceneFacts, inputs: &Inputs, index: usize, view: &ShadowLayer) {
+    fn draw(
+        &self,
+        plan: &mut FramePlan,
+        scene: &SceneFacts,
+        inputs: &Inputs,
+        (index, view): (usize, &ShadowLayer),
+        target: &Target,
+    ) {
         let receive_only = inputs.receive_only.map(|surfaces| surfaces.flags);
         let depth = inputs.depth;
         let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
         let indices = plan.scene_buffer("scene.indices", "the scene's indices");
         let corners = plan.scene_buffer("scene.corners", "numbers of the scene's triangles");
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
-        let lights = plan.changing_scene_buffer("scene.lights", "the scene's lights");
         let texels = (scene.needs.textured || scene.needs.alpha_tested)
             .then(|| plan.scene_buffer("scene.texels", "materials with textures"));
         let objects = scene.animated().then(|| plan.changing_scene_buffer("scene.objects", "objects are animated"));
@@ -107,23 +169,31 @@ impl ReflectiveShadowMap {
                 vec![self.triangles],
                 (self.depth, 0),
             );
+        let (map, pyramid) = match *target {
+            Target::Map(map) => (Some(map), None),
+            Target::Pyramid(texels) => (None, Some(texels)),
+        };
         let run = LitSurfaces {
             shadow_view,
             vertices,
             indices,
             materials,
-            lights,
+            source: light_of(plan, view),
             triangles: self.triangles,
-            rsm_position: self.position,
-            light: self.light,
+            rsm_position: map.map(|map| map.position),
+            light: map.map(|map| map.light),
             textured: texels.filter(|_| scene.needs.textured),
             animated: objects,
             receive_only,
             seen: scene.only_seen_surfaces_send.then_some(depth),
+            kept: pyramid,
         };
-        plan.pass(Part::Technique, format!("lit_surfaces_{index}"), run)
+        let pass = plan
+            .pass(Part::Technique, format!("lit_surfaces_{index}"), run)
             .because("lit surfaces reflect light")
-            .over([self.size; 2]);
+            .costs(LIT_SURFACE);
+        let pass = if let Some(pyramid) = pyramid { pass.into_part(pyramid, index as u32) } else { pass };
+        pass.over([self.size; 2]);
     }
 }
 
@@ -144,10 +214,11 @@ pub fn plan_reflective_shadow_maps(
     if views.is_empty() {
         return Ok(());
     }
-    let maps = ReflectiveShadowMap::new(plan, size);
+    let (maps, drawing) = (Maps::new(plan, size, views.len()), ViewDrawing::new(plan, size));
     for (index, view) in views.iter().enumerate() {
-        maps.draw(plan, scene, inputs, index, view);
-        use_map(plan, &maps, index, view);
+        let map = maps.of(index);
+        drawing.draw(plan, scene, inputs, (index, view), &Target::Map(map));
+        use_map(plan, &map, index, view);
     }
     Ok(())
 }
@@ -163,6 +234,9 @@ const LARGEST_BUFFER: u64 = 1 << 27;
 
 /// Number of points on all emitters: as many as a map has texels that matter.
 const EMITTER_POINTS: u32 = 1024;
+
+/// Receivers that estimate the importance of a surface: the square of `RECEIVERS` in reflective_shadow_maps/importance.wgsl.
+const RECEIVERS: u64 = 64;
 
 /// Bytes of a surface in each buffer of all surfaces, and of a virtual point light.
 const ENTRY: u64 = 16;
@@ -195,7 +269,7 @@ pub fn plan_light_pyramid(
     size: u32,
     levels: u32,
 ) -> Result<Option<LightPyramid>, SettingsError> {
-    scene_of(inputs, technique)?;
+    let scene = scene_of(inputs, technique)?;
     let layers = inputs.shadow_layers();
     if layers.is_empty() {
         return Ok(None);
@@ -206,17 +280,15 @@ pub fn plan_light_pyramid(
     let count: u64 = (0..levels).map(|level| u64::from(views) * u64::from(size >> level).pow(2)).sum();
     let texels = plan.buffer("light_pyramid", count * TEXEL, "lit surfaces at several scales");
     let projections = light_projections(plan, layers);
-    plan_reflective_shadow_maps(plan, inputs, technique, size, |plan, maps, index, _| {
-        let params = keep::Params { first: index as u32 * size * size };
-        let run = Keep { rsm_position: maps.position, light: maps.light, light_pyramid: texels, params };
-        plan.pass(Part::Technique, format!("keep_{index}"), run)
-            .because("the next map is drawn into the same textures")
-            .over([size; 2]);
-    })?;
+    let drawing = ViewDrawing::new(plan, size);
+    for view in layers.iter().enumerate() {
+        drawing.draw(plan, scene, inputs, view, &Target::Pyramid(texels));
+    }
     for level in 1..levels {
         let params = pyramid::Params { size, views, level };
         plan.pass(Part::Technique, format!("light_pyramid_{level}"), Pyramid { light_pyramid: texels, params })
             .because("far light is gathered in coarser texels")
+            .after_parts(texels, views + level)
             .over([size >> level, (size >> level) * views]);
     }
     Ok(Some(LightPyramid { texels, projections, views }))
@@ -271,6 +343,7 @@ pub fn plan_virtual_point_lights(
         };
         plan.pass(Part::Technique, format!("collect_{index}"), run)
             .because("importance of each lit surface for the camera's view")
+            .costs(RECEIVERS)
             .over([size; 2]);
         use_map(plan, maps, index, view);
     })?;

@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use crate::scene::SceneFacts;
-use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_frame_graph::{FramePlan, Part, ResourceId, ResourceKind};
 use halflight_shared_shaders::scene_voxels::fill::{self, Fill};
 
 /// Smallest number of invocations that share a triangle.
@@ -14,6 +14,9 @@ const POINTS_PER_VOXEL: f64 = 1.5;
 /// Largest number of points that one invocation sets. Software drivers of the Mesa project silently end the loops of an
 /// invocation after 65,535 iterations; half of that is reserved for the outer loops.
 const MOST_POINTS: f64 = 32768.0;
+
+/// Work of an invocation, on average over a scene: most triangles are smaller than a voxel.
+const ROW_COST: u64 = 64;
 
 /// Number of invocations that share a triangle, so that they cover the largest triangle inside the grid. Its sides are
 /// no longer than the grid's diagonal, and it has half of the product of their points.
@@ -32,6 +35,16 @@ pub struct SceneVoxels {
     pub grid: ResourceId,
     /// One bit per voxel.
     pub voxels: ResourceId,
+}
+
+impl SceneVoxels {
+    /// Work of a ray through the grid (see [`PassBuilder::costs`](halflight_frame_graph::PassBuilder::costs)). A step to
+    /// the next voxel is a quarter of a fetch, and a ray crosses about as many voxels as the longest side has.
+    pub fn ray_cost(&self, plan: &FramePlan) -> u64 {
+        let ResourceKind::Data { bytes, .. } = &plan.resources[self.grid.0].kind else { return 0 };
+        let words: &[u32] = bytemuck::cast_slice(bytes);
+        u64::from(words[4..7].iter().copied().max().unwrap_or_default() / 4)
+    }
 }
 
 /// Plans a grid with `resolution` voxels along the longest side of what is looked at. If that is a small part of the
@@ -70,6 +83,7 @@ pub fn plan_scene_voxels(plan: &mut FramePlan, scene: &SceneFacts, resolution: u
     )
     .clear(bits)
     .because(format!("occluders, on the screen or not{}", if part { "; none far from what is looked at" } else { "" },))
+    .costs(ROW_COST)
     .over([scene.triangles.max(1), rows]);
     SceneVoxels { grid, voxels: bits }
 }

@@ -52,6 +52,7 @@ impl SkyGather {
             return None;
         }
         let Sky { environment, voxels } = plan_sky(plan, inputs)?;
+        let of_ray = voxels.ray_cost(plan);
         let gathered = plan.texture("gathered_from_sky", level.size, Format::Rgba32Float, "light of the sky");
         let run = Gather {
             surfels: level.surfels,
@@ -64,6 +65,7 @@ impl SkyGather {
         };
         plan.pass(Part::Technique, "gather_sky", run)
             .because(format!("the scene has an environment: {} rays through voxels", self.rays))
+            .costs(u64::from(self.rays) * of_ray)
             .over(level.size);
         Some(denoised(plan, level, gathered, DENOISE))
     }

@@ -25,6 +25,10 @@ pub struct SliceGather {
     pub radius: f32,
     /// Resolution of the gather.
     pub resolution: Resolution,
+    /// Samples of a texel, and its rays to the sky: its work.
+    pub samples: u32,
+    /// See `samples`.
+    pub sky_rays: u32,
     /// Passes of the spatial filter.
     pub denoise: u32,
     /// Storage of light at full resolution.
@@ -71,6 +75,7 @@ impl SliceGather {
             (false, _) => (Format::R32Float, "ambient visibility along slices"),
         };
         let gathered = plan.texture("gathered", level.size, format, what);
+        let of_ray = sky.map_or(0, |sky| sky.voxels.ray_cost(plan));
         let call = gather(SliceInputs {
             surfels: level.surfels,
             planes,
@@ -82,6 +87,7 @@ impl SliceGather {
         });
         plan.pass(Part::Technique, "gather", call)
             .because(format!("{what}, {}", self.technique))
+            .costs(u64::from(self.samples) + u64::from(self.sky_rays) * of_ray)
             .over(tiled(level.size));
         let found = denoised(plan, level, gathered, self.denoise);
         let upsampling = Upsampling { kernel: UpsamplingKernel::Linear, storage: self.storage };

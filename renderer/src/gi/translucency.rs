@@ -5,7 +5,7 @@ use wgpu::TextureFormat as Format;
 
 use crate::{
     gi::{Inputs, rsm::ReflectiveShadowMap},
-    scene::{ShadowLayer, shadow_view},
+    scene::{ShadowLayer, light_of, shadow_view},
 };
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_shared_shaders::translucency;
@@ -33,14 +33,13 @@ impl<'a> Translucency<'a> {
         let name = format!("transmitted_{}", index % 2);
         let sum = plan.texture_again(name, size, Format::Rgba32Float, "light that passes through translucent surfaces");
         let materials = plan.scene_buffer("scene.materials", "the scene's materials");
-        let lights = plan.changing_scene_buffer("scene.lights", "the scene's lights");
         let run = translucency::Translucency {
             shadow_view: shadow_view(plan, index, view),
             depth: self.inputs.depth,
             normal: self.inputs.normal,
             material,
             materials,
-            lights,
+            source: light_of(plan, view),
             rsm_position: maps.position,
             transmitted: sum,
             further: self.sum,

@@ -46,7 +46,7 @@ pub(crate) struct Material {
 
 /// Twin of `Light` in `common/scene.wgsl`.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(crate) struct GpuLight {
     pub(crate) vector: [f32; 3],
     pub(crate) kind: u32,

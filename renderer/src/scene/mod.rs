@@ -26,7 +26,7 @@ pub use focus::{Extent, Sight};
 pub use motion::{LIGHTS, OBJECTS, SceneMotion};
 pub use shadow::ShadowLayer;
 pub use shadow_atlas::ShadowAtlas;
-pub use shadow_views::{far_shadow_view, light_projections, shadow_entries, shadow_view};
+pub use shadow_views::{far_shadow_view, light_of, light_projections, shadow_entries, shadow_view};
 pub use size::SceneSize;
 
 use halflight_frame_graph::View;

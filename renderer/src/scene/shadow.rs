@@ -1,14 +1,16 @@
 //! The view of each shadow map layer.
 
+use bytemuck::Zeroable;
 use glam::{Mat4, Vec3, camera::rh::view::look_to_mat4};
 use halflight_scenes::{Light, Scene};
 
 use super::{
     bounds::{Bounds, diagonal},
+    buffers::GpuLight,
     casters::depth_range,
     focus::Extent,
 };
-use crate::scene::buffers::shadow_faces;
+use crate::scene::buffers::{lights as on_device, shadow_faces};
 
 /// One layer of the shadow maps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +22,8 @@ pub struct ShadowLayer {
     pub width: f32,
     /// Index of the light.
     pub light: u32,
+    /// The light.
+    pub(crate) source: GpuLight,
 }
 
 /// Depth is extended by this share of a box's diagonal on both sides, and the map by as much. The margin keeps the
@@ -63,10 +67,10 @@ pub(crate) fn far_shadow_layers(lights: &[Light], extent: &Extent, scene: &Scene
 }
 
 fn numbered(lights: &[Light], layers: impl Fn(&Light) -> Vec<ShadowLayer>) -> Vec<ShadowLayer> {
-    let numbered = |(index, light): (usize, &Light)| {
-        layers(light).into_iter().map(move |layer| ShadowLayer { light: index as u32, ..layer })
+    let numbered = |(index, (light, source)): (usize, (&Light, GpuLight))| {
+        layers(light).into_iter().map(move |layer| ShadowLayer { light: index as u32, source, ..layer })
     };
-    lights.iter().enumerate().flat_map(numbered).collect()
+    lights.iter().zip(on_device(lights)).enumerate().flat_map(numbered).collect()
 }
 
 /// Rotation into the light's view of a box: along the light's axis, and about it so that the box covers the smallest
@@ -122,7 +126,7 @@ fn orthographic(view: &Mat4, low: Vec3, high: Vec3) -> ShadowLayer {
         [0.0, 0.0, 1.0 / size.z, 0.0],
         [-centre.x, -centre.y, -low.z / size.z, 1.0],
     ]);
-    ShadowLayer { world_to_clip: clip * *view, width: (size.x * size.y).sqrt(), light: 0 }
+    ShadowLayer { world_to_clip: clip * *view, width: (size.x * size.y).sqrt(), light: 0, source: GpuLight::zeroed() }
 }
 
 /// A square perspective map along an axis.
@@ -134,5 +138,5 @@ fn perspective(position: Vec3, axis: Vec3, tangent: f32, near: f32) -> ShadowLay
         [0.0, 0.0, 0.0, -1.0],
         [0.0, 0.0, near, 0.0],
     ]);
-    ShadowLayer { world_to_clip: clip * view, width: 2.0 * tangent, light: 0 }
+    ShadowLayer { world_to_clip: clip * view, width: 2.0 * tangent, light: 0, source: GpuLight::zeroed() }
 }

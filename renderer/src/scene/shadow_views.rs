@@ -10,6 +10,8 @@ use super::{ShadowAtlas, ShadowLayer};
 const SHADOW_VIEW: &str = "light_view";
 /// One far shadow map layer, by its index.
 const FAR_SHADOW_VIEW: &str = "far_view";
+/// One light, by its index.
+const LIGHT: &str = "light";
 /// World to clip space of all layers.
 const LIGHT_PROJECTIONS: &str = "light_projections";
 /// All layers, by the width that the setting asks for, texels.
@@ -22,7 +24,8 @@ struct ShadowView {
     world_to_clip: Mat4,
     width: f32,
     light: u32,
-    unused: [u32; 2],
+    index: u32,
+    unused: u32,
 }
 
 /// Twin of `ShadowLayer` in common/shadow_maps.wgsl.
@@ -42,13 +45,25 @@ const NO_LAYER: u32 = u32::MAX;
 /// The uniform block `shadow_view` of layer `index`. `layer` is its state in the first frame.
 pub fn shadow_view(plan: &mut FramePlan, index: usize, layer: &ShadowLayer) -> ResourceId {
     let handle = Handle { kind: SHADOW_VIEW, index: index as u32 };
-    plan.changing_data(handle, format!("light_view_{index}"), || view_bytes(layer), "view of a shadow map layer")
+    plan.changing_data(handle, format!("light_view_{index}"), || view_bytes(index, layer), "view of a shadow map layer")
 }
 
 /// As [`shadow_view`], of a layer of [`SceneFacts::far_shadow_layers`](super::SceneFacts::far_shadow_layers).
 pub fn far_shadow_view(plan: &mut FramePlan, index: usize, layer: &ShadowLayer) -> ResourceId {
     let handle = Handle { kind: FAR_SHADOW_VIEW, index: index as u32 };
-    plan.changing_data(handle, format!("far_view_{index}"), || view_bytes(layer), "view of a far shadow map layer")
+    plan.changing_data(
+        handle,
+        format!("far_view_{index}"),
+        || view_bytes(index, layer),
+        "view of a far shadow map layer",
+    )
+}
+
+/// The light of a layer, as a uniform block `Light`. A pass that reads one light depends on no other.
+pub fn light_of(plan: &mut FramePlan, layer: &ShadowLayer) -> ResourceId {
+    let handle = Handle { kind: LIGHT, index: layer.light };
+    let name = format!("light_{}", layer.light);
+    plan.changing_data(handle, name, || bytemuck::bytes_of(&layer.source).to_vec(), "one of the scene's lights")
 }
 
 /// World to clip space of each layer, as `array<mat4x4f>`.
@@ -75,17 +90,21 @@ pub fn shadow_entries(plan: &mut FramePlan, layers: &[ShadowLayer], far: &[Shado
 /// If the handle is of another kind: other dependencies need another source of contents.
 pub(super) fn contents(handle: Handle, layers: &[ShadowLayer], far: &[ShadowLayer]) -> Vec<u8> {
     match handle {
-        Handle { kind: SHADOW_VIEW, index } => view_bytes(&layers[index as usize]),
-        Handle { kind: FAR_SHADOW_VIEW, index } => view_bytes(&far[index as usize]),
+        Handle { kind: SHADOW_VIEW, index } => view_bytes(index as usize, &layers[index as usize]),
+        Handle { kind: FAR_SHADOW_VIEW, index } => view_bytes(index as usize, &far[index as usize]),
+        Handle { kind: LIGHT, index } => {
+            let own = layers.iter().find(|layer| layer.light == index);
+            own.map(|layer| bytemuck::bytes_of(&layer.source).to_vec()).unwrap_or_default()
+        }
         Handle { kind: LIGHT_PROJECTIONS, .. } => projection_bytes(layers),
         Handle { kind: SHADOW_LAYERS, index: wanted } => entry_bytes(layers, far, wanted),
         Handle { kind, index } => panic!("the scene has no contents for {kind} {index}"),
     }
 }
 
-fn view_bytes(layer: &ShadowLayer) -> Vec<u8> {
-    let &ShadowLayer { world_to_clip, width, light } = layer;
-    bytemuck::bytes_of(&ShadowView { world_to_clip, width, light, unused: [0; 2] }).to_vec()
+fn view_bytes(index: usize, layer: &ShadowLayer) -> Vec<u8> {
+    let &ShadowLayer { world_to_clip, width, light, .. } = layer;
+    bytemuck::bytes_of(&ShadowView { world_to_clip, width, light, index: index as u32, unused: 0 }).to_vec()
 }
 
 fn projection_bytes(layers: &[ShadowLayer]) -> Vec<u8> {

@@ -8,6 +8,7 @@
 // Estimator `published`: sectors of equal angle, light weighted by both cosines, samples are points. Estimator
 // `radiometric`: sectors of equal cosine-weighted solid angle, slices weighted by the length of the projected normal,
 // no cosine at the source (sectors are solid angles already), and each sample stands for its whole stride.
+import package::common::division::Division;
 import package::common::math::{PI, nearest_whole, random3, spread2};
 import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
@@ -34,6 +35,7 @@ struct Params {
     thickness_slope: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
@@ -271,7 +273,7 @@ fn cosines(receiver: Receiver, words: vec4u, texel: vec2i, screen: Screen) -> f3
 
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let pixel = tiled_pixel(group, local);
+    let pixel = tiled_pixel(group.xy + division.workgroup, local);
     if any(pixel >= textureDimensions(surfels)) {
         return;
     }

@@ -4,6 +4,7 @@ struct ShadowView {
     // Width of the whole map: scene units (directional), otherwise per unit of distance along the map's axis. The
     // geometric mean of width and height.
     width: f32,
-    // Index of the light.
+    // Index of the light, and of the layer.
     light: u32,
+    index: u32,
 }

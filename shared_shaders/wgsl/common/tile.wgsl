@@ -6,6 +6,6 @@
 // renderer/src/gi/slices.rs).
 
 /// The pixel of an invocation. It is outside the image beyond the right edge.
-fn tiled_pixel(group: vec3u, local: vec3u) -> vec2u {
+fn tiled_pixel(group: vec2u, local: vec3u) -> vec2u {
     return vec2u(group.y * 16u + (group.x & 15u), group.x >> 4u) * 8u + local.xy;
 }

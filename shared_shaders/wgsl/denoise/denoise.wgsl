@@ -2,6 +2,7 @@
 // One pass of a spatial filter over noisy light; with `ambient_visibility`, over one number per texel; with `packed`,
 // over surfels whose radiance is the light. It has 3x3 taps, `spacing` texels apart, with joint bilateral weights from
 // depth and normal. Passes with spacings 1, 2 and 4 widen the filter at equal cost (Dammertz et al. 2010).
+import package::common::division::Division;
 import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(packed && !ambient_visibility) import package::common::surfel::{surfel_radiance, with_radiance};
@@ -14,6 +15,7 @@ struct Params {
     spacing: u32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
@@ -23,26 +25,27 @@ struct Params {
 @if(ambient_visibility) @group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(8, 8)
-fn denoise(@builtin(global_invocation_id) id: vec3u) {
+fn denoise(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
     let size = vec2i(textureDimensions(surfels));
-    if any(vec2i(id.xy) >= size) {
+    if any(vec2i(id) >= size) {
         return;
     }
-    let words = textureLoad(surfels, id.xy, 0);
+    let words = textureLoad(surfels, id, 0);
     if surfel_depth(words) <= SKY_DEPTH {
-        @if(packed && !ambient_visibility) { textureStore(smoothed, id.xy, vec4u(0u)); }
-        @if(!packed || ambient_visibility) { textureStore(smoothed, id.xy, vec4f(0.0)); }
+        @if(packed && !ambient_visibility) { textureStore(smoothed, id, vec4u(0u)); }
+        @if(!packed || ambient_visibility) { textureStore(smoothed, id, vec4f(0.0)); }
         return;
     }
     let normal = surfel_normal(words);
-    let position = surfel_position(words, id.xy, params.scale, view.display_size, view.tan_half_fov);
+    let position = surfel_position(words, id, params.scale, view.display_size, view.tan_half_fov);
     let width = params.scale * f32(params.spacing);
     let tolerance = inverse_tolerance(surfel_depth(words), width, view.tan_half_fov.y, view.display_size.y);
     var sum = vec4f(0.0);
     var weights = 0.0;
     for (var i = 0; i < 9; i++) {
         let offset = vec2i(i % 3, i / 3) - 1;
-        let tap = vec2i(id.xy) + offset * i32(params.spacing);
+        let tap = vec2i(id) + offset * i32(params.spacing);
         if any(tap < vec2i(0)) || any(tap >= size) {
             continue;
         }
@@ -60,6 +63,6 @@ fn denoise(@builtin(global_invocation_id) id: vec3u) {
     }
     // The centre tap has weight 1.
     let mean = sum / max(weights, 1e-4);
-    @if(packed && !ambient_visibility) { textureStore(smoothed, id.xy, with_radiance(words, mean.rgb)); }
-    @if(!packed || ambient_visibility) { textureStore(smoothed, id.xy, mean); }
+    @if(packed && !ambient_visibility) { textureStore(smoothed, id, with_radiance(words, mean.rgb)); }
+    @if(!packed || ambient_visibility) { textureStore(smoothed, id, mean); }
 }

@@ -1,11 +1,13 @@
 // variants: lit, emitters
 // Radiance that leaves each visible surface after direct light, diffuse part, plus emission.
+import package::common::division::Division;
 import package::common::math::{LARGEST_RADIANCE, PI};
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 @if(lit) import package::common::scene::{Light, light_incidence};
 @if(lit) import package::common::shadow_maps::shadow;
 @if(emitters) import package::common::scene::Material;
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var depth: texture_2d<f32>;
 @group(0) @binding(2) var normal: texture_2d<f32>;
@@ -77,19 +79,20 @@ fn geometric_normal(id: vec2u, position: vec3f, shading: vec3f) -> vec3f {
 }
 
 @compute @workgroup_size(8, 8)
-fn direct_light(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(direct)) {
+fn direct_light(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(direct)) {
         return;
     }
-    let d = textureLoad(depth, id.xy, 0).x;
+    let d = textureLoad(depth, id, 0).x;
     var radiance = vec3f(0.0);
     if d > SKY_DEPTH {
-        let in_view = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
+        let in_view = view_position(uv_of_texel(id, 1.0, view.display_size), d, view.tan_half_fov);
         let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
-        let shading = textureLoad(normal, id.xy, 0).xyz;
+        let shading = textureLoad(normal, id, 0).xyz;
         let n = normalize((view.view_to_world * vec4f(shading, 0.0)).xyz);
         @if(lit) {
-            let plane = normalize((view.view_to_world * vec4f(geometric_normal(id.xy, in_view, shading), 0.0)).xyz);
+            let plane = normalize((view.view_to_world * vec4f(geometric_normal(id, in_view, shading), 0.0)).xyz);
             for (var i = 0u; i < LIGHTS; i++) {
                 let light = lights[i];
                 let incidence = light_incidence(light, position);
@@ -99,11 +102,11 @@ fn direct_light(@builtin(global_invocation_id) id: vec3u) {
                     radiance += min(incidence.irradiance, vec3f(LARGEST_RADIANCE)) * (cosine * lit);
                 }
             }
-            radiance *= textureLoad(albedo, id.xy, 0).rgb / PI;
+            radiance *= textureLoad(albedo, id, 0).rgb / PI;
         }
         @if(emitters) {
-            radiance += materials[textureLoad(material, id.xy, 0).x].emission;
+            radiance += materials[textureLoad(material, id, 0).x].emission;
         }
     }
-    textureStore(direct, id.xy, vec4f(min(radiance, vec3f(LARGEST_RADIANCE)), 1.0));
+    textureStore(direct, id, vec4f(min(radiance, vec3f(LARGEST_RADIANCE)), 1.0));
 }

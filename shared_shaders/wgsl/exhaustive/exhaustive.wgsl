@@ -1,5 +1,6 @@
 // Every pixel sums over every pixel (Equation 4 at full resolution, without hierarchy or sampling). A hierarchical
 // gather converges to this if its estimator and its pyramid are exact.
+import package::common::division::Division;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::common::form_factor::{form_factor, pixel_area_factor};
 
@@ -9,6 +10,7 @@ struct Params {
     end_row: u32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var depth: texture_2d<f32>;
@@ -20,20 +22,21 @@ struct Params {
 override POINT_TO_DISC: bool;
 
 @compute @workgroup_size(8, 8)
-fn exhaustive(@builtin(global_invocation_id) id: vec3u) {
+fn exhaustive(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
     let size = textureDimensions(depth);
-    if any(id.xy >= size) {
+    if any(id >= size) {
         return;
     }
-    let own_depth = textureLoad(depth, id.xy, 0).x;
+    let own_depth = textureLoad(depth, id, 0).x;
     var sum = vec3f(0.0);
     if own_depth > SKY_DEPTH {
         if params.first_row > 0u {
-            sum = textureLoad(partial_sum, id.xy, 0).rgb;
+            sum = textureLoad(partial_sum, id, 0).rgb;
         }
-        let own_normal = textureLoad(normal, id.xy, 0).xyz;
+        let own_normal = textureLoad(normal, id, 0).xyz;
         // Lengths are in units of the receiver's depth, as `form_factor` expects.
-        let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), 1.0, view.tan_half_fov);
+        let position = view_position(uv_of_texel(id, 1.0, view.display_size), 1.0, view.tan_half_fov);
         let area = pixel_area_factor(view.tan_half_fov, view.display_size);
         for (var y = params.first_row; y < params.end_row; y++) {
             // A separate sum for each row keeps the float32 rounding error small.
@@ -55,5 +58,5 @@ fn exhaustive(@builtin(global_invocation_id) id: vec3u) {
             sum += row;
         }
     }
-    textureStore(indirect, id.xy, vec4f(sum, 1.0));
+    textureStore(indirect, id, vec4f(sum, 1.0));
 }

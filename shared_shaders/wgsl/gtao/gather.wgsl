@@ -1,5 +1,6 @@
 // Ground-truth ambient occlusion (Jimenez et al. 2016): ambient visibility between the horizons of both sides of each
 // slice. Surfaces are infinitely thick. With FALLS, the weight of occluders decreases towards the radius.
+import package::common::division::Division;
 import package::common::math::{most, spread2};
 import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
@@ -19,6 +20,7 @@ struct Params {
     falloff: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
@@ -75,7 +77,7 @@ fn open_arc(walk: Walk, slice: Slice) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let pixel = tiled_pixel(group, local);
+    let pixel = tiled_pixel(group.xy + division.workgroup, local);
     if any(pixel >= textureDimensions(surfels)) {
         return;
     }

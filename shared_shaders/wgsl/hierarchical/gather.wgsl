@@ -3,6 +3,7 @@
 // the light that it sends in its mirror direction to the eye, per unit of Ks (2010, section 4). With `visibility`, the
 // froxel grid occludes (2010). With `near`, only sources within the near-field distance; the rest comes from the
 // reflective shadow maps.
+import package::common::division::Division;
 import package::common::math::GOLDEN_ROTATION;
 @if(visibility) import package::common::math::largest;
 import package::common::math::spread2;
@@ -41,6 +42,7 @@ struct Params {
     @if(near) near_field_distance: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
@@ -273,27 +275,28 @@ fn draw_sample(draw: Draw, i: u32) -> vec3f {
 }
 
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
+fn gather(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
     let size = textureDimensions(surfels);
-    if any(id.xy >= size) {
+    if any(id >= size) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, id, 0);
     if surfel_depth(own) <= SKY_DEPTH {
-        textureStore(gathered, id.xy, vec4f(0.0));
+        textureStore(gathered, id, vec4f(0.0));
         return;
     }
-    @if(glossy) let surface = materials[textureLoad(material, vec2u(surfel_pixel(own, id.xy, params.scale)), 0).x];
+    @if(glossy) let surface = materials[textureLoad(material, vec2u(surfel_pixel(own, id, params.scale)), 0).x];
     @if(glossy) {
         if !any(surface.specular > vec3f(0.0)) {
-            textureStore(gathered, id.xy, vec4f(0.0));
+            textureStore(gathered, id, vec4f(0.0));
             return;
         }
     }
     let unit = 1.0 / surfel_depth(own);
     let ray_scale = vec2f(2.0, -2.0) * view.tan_half_fov / view.display_size;
     // Lengths are in units of the receiver's depth, so this is its view ray, too.
-    let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov) * unit;
+    let position = surfel_position(own, id, params.scale, view.display_size, view.tan_half_fov) * unit;
     @if(glossy) let mirror = reflect(normalize(position), surfel_normal(own));
     var receiver: Receiver;
     receiver.normal = surfel_normal(own);
@@ -307,8 +310,8 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         receiver.mirror = mirror;
         receiver.exponent = surface.phong_exponent;
     }
-    let random = spread2(id.xy, view.frame, params.level, view.seed, OVER_FRAMES);
-    let centre = vec2f(id.xy) + 0.5;
+    let random = spread2(id, view.frame, params.level, view.seed, OVER_FRAMES);
+    let centre = vec2f(id) + 0.5;
     // Samples are stratified over the area of the ring: equal steps of the squared radius.
     @if(!glossy) let step = (params.outer_square - params.inner_square) / f32(SAMPLES);
     @if(!glossy) var square = params.inner_square + step * random.x;
@@ -328,9 +331,9 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     @if(visibility) {
-        let here = end_at(own, vec2f(id.xy), unit);
+        let here = end_at(own, vec2f(id), unit);
         let slices = slices_of_range(depth_range[0], depth_range[1]);
-        var choice = spread2(id.xy, view.frame, params.level + HIERARCHICAL_VISIBILITY_STREAM, view.seed, OVER_FRAMES).x;
+        var choice = spread2(id, view.frame, params.level + HIERARCHICAL_VISIBILITY_STREAM, view.seed, OVER_FRAMES).x;
         for (var first = 0u; first < SAMPLES; first += SAMPLES_PER_RAY) {
             // Resampled importance sampling (Talbot et al. 2005): one of these samples is chosen in proportion to its
             // contribution. It stands for all of them if it is visible. The mean is unchanged, and fewer rays are
@@ -370,5 +373,5 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             choice = fract(choice + 0.6180339887498949);
         }
     }
-    textureStore(gathered, id.xy, vec4f(sum * params.discs, 1.0));
+    textureStore(gathered, id, vec4f(sum * params.discs, 1.0));
 }

@@ -7,6 +7,7 @@
 // `lit`: the scene has lights. With `emitters`, points on emitting surfaces send light too, to both sides. With `near`,
 // pairs within the near-field distance are left to the screen, whose light is added.
 @if(lit) import package::common::math::GOLDEN_ROTATION;
+import package::common::division::Division;
 import package::common::math::{LARGEST_RADIANCE, PI, spread2};
 @if(visibility) import package::common::math::largest;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
@@ -36,6 +37,7 @@ struct Params {
     near_field_distance: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
@@ -78,21 +80,22 @@ fn position_in(world_to_clip: mat4x4f, position: vec3f) -> vec2f {
 }
 
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn gather(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(surfels)) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, id, 0);
     if surfel_depth(own) <= SKY_DEPTH {
-        textureStore(gathered, id.xy, vec4f(0.0));
+        textureStore(gathered, id, vec4f(0.0));
         return;
     }
-    let in_view = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
+    let in_view = surfel_position(own, id, params.scale, view.display_size, view.tan_half_fov);
     let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
     let normal = normalize((view.view_to_world * vec4f(surfel_normal(own), 0.0)).xyz);
     var sum = vec3f(0.0);
     @if(visibility) let here = ray_end(position, normal);
-    @if(visibility) var choice = spread2(id.xy, view.frame, LIGHT_VISIBILITY_STREAM, view.seed, OVER_FRAMES).x;
+    @if(visibility) var choice = spread2(id, view.frame, LIGHT_VISIBILITY_STREAM, view.seed, OVER_FRAMES).x;
     @if(lit) {
         let step = 1.0 / f32(LIGHT_SAMPLES);
         // Samples of each map that share a ray.
@@ -109,7 +112,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
                 @if(visibility) var candidates = Candidates(0.0, start, choice);
                 for (var i = 0u; i < params.views; i++) {
                     let centre = position_in(light_projections[i], position) * f32(width);
-                    let random = spread2(id.xy, view.frame, LIGHT_STREAM + i * LEVELS + level, view.seed, OVER_FRAMES);
+                    let random = spread2(id, view.frame, LIGHT_STREAM + i * LEVELS + level, view.seed, OVER_FRAMES);
                     let angle = 2.0 * PI * random.y + GOLDEN_ANGLE * f32(first);
                     var direction = vec2f(cos(angle), sin(angle));
                     let end = min(first + share, LIGHT_SAMPLES);
@@ -170,7 +173,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             }
         }
     }
-    @if(near) { sum += textureLoad(near_light, id.xy, 0).rgb; }
+    @if(near) { sum += textureLoad(near_light, id, 0).rgb; }
     // Many samples near the largest radiance, each standing for many texels, must stay finite.
-    textureStore(gathered, id.xy, vec4f(min(sum, vec3f(LARGEST_RADIANCE)), 1.0));
+    textureStore(gathered, id, vec4f(min(sum, vec3f(LARGEST_RADIANCE)), 1.0));
 }

@@ -1,6 +1,7 @@
 // variants: from_gbuffer, planes
 // One level of the pyramid from the four children of each texel: surfels, or, with `from_gbuffer`, full-resolution
 // pixels. With `planes` it also writes planes. Depth and normal are those of one child, never an average.
+import package::common::division::Division;
 import package::common::surfel::{Surfel, pack_surfel, surfel_depth, surfel_normal, surfel_radiance, surfel_offset};
 import package::common::view::{View, SKY_DEPTH, view_position};
 @if(planes) import package::common::plane::plane_of_surfel;
@@ -11,6 +12,7 @@ struct Params {
     child_scale: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_storage_2d<rgba32uint, write>;
@@ -155,12 +157,13 @@ fn radiance_where_same(kept: Child, width: f32, child: Child) -> vec4f {
 }
 
 @compute @workgroup_size(8, 8)
-fn pyramid(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn pyramid(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(surfels)) {
         return;
     }
     // The four children are variables instead of an array, so that they stay in registers.
-    let first = vec2i(id.xy) * 2;
+    let first = vec2i(id) * 2;
     let child_00 = load_child(first, vec2u(0u, 0u));
     let child_10 = load_child(first, vec2u(1u, 0u));
     let child_01 = load_child(first, vec2u(0u, 1u));
@@ -185,9 +188,9 @@ fn pyramid(@builtin(global_invocation_id) id: vec3u) {
         kept.surfel.offset + kept.child_offset * u32(params.child_scale),
     );
     let words = select(vec4u(0u), pack_surfel(surfel), kept.value > 0.0);
-    textureStore(surfels, id.xy, words);
+    textureStore(surfels, id, words);
     @if(planes) {
         let scale = 2.0 * params.child_scale;
-        textureStore(planes, id.xy, plane_of_surfel(words, id.xy, scale, view.display_size, view.tan_half_fov));
+        textureStore(planes, id, plane_of_surfel(words, id, scale, view.display_size, view.tan_half_fov));
     }
 }

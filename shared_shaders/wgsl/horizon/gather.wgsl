@@ -4,6 +4,7 @@
 // taken as a height field. With `ambient`, the environment adds the irradiance of the normal times ambient visibility,
 // less the sides on which a voxel of the scene is in the way: what is off the screen closes a room, too. Light is in rgb,
 // ambient visibility in a.
+import package::common::division::Division;
 import package::common::math::{most, spread2};
 @if(ambient) import package::common::environment::{IRRADIANCE, irradiance_factor};
 @if(ambient) import package::scene_voxels::sees::{RayEnd, sees_sky};
@@ -26,6 +27,7 @@ struct Params {
     radius: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
@@ -85,7 +87,7 @@ fn side_sees_sky(walk: Walk, receiver: Receiver, slice: Slice, end_of_ray: RayEn
 
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let pixel = tiled_pixel(group, local);
+    let pixel = tiled_pixel(group.xy + division.workgroup, local);
     if any(pixel >= textureDimensions(surfels)) {
         return;
     }

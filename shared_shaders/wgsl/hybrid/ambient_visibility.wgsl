@@ -2,6 +2,7 @@
 // Ambient visibility (1 = open, 0 = closed; ambient occlusion is 1 minus it) from several views (Lambru et al., section
 // 3.3). Each view classifies points of the hemisphere as open or closed (Mittring 2007); views are weighted by their
 // reliability (after Vardis et al. 2013). The screen comes first. With `light`, adds the view of one light.
+import package::common::division::Division;
 import package::common::hemisphere::hemisphere_point;
 import package::common::math::spread2;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
@@ -19,6 +20,7 @@ struct Params {
     samples: u32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @if(light) @group(0) @binding(14) var<uniform> shadow_view: ShadowView;
@@ -42,18 +44,19 @@ fn judge(behind: f32) -> f32 {
 }
 
 @compute @workgroup_size(8, 8)
-fn sample_view(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn sample_view(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(surfels)) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, id, 0);
     var sum = vec2f(0.0);
-    @if(light) { sum = textureLoad(partial_sum, id.xy, 0).xy; }
+    @if(light) { sum = textureLoad(partial_sum, id, 0).xy; }
     if surfel_depth(own) > SKY_DEPTH {
         let normal = surfel_normal(own);
-        let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov)
+        let position = surfel_position(own, id, params.scale, view.display_size, view.tan_half_fov)
             + BIAS * params.radius * normal;
-        let random = spread2(id.xy, view.frame, AMBIENT_VISIBILITY_STREAM, view.seed, false);
+        let random = spread2(id, view.frame, AMBIENT_VISIBILITY_STREAM, view.seed, false);
         @if(light) let source = source_of(shadow_view.world_to_clip);
         @if(light) let size = vec2f(textureDimensions(rsm_position));
         // Number of open and of closed samples.
@@ -101,5 +104,5 @@ fn sample_view(@builtin(global_invocation_id) id: vec3u) {
         let weight = max(facing, 0.0) * share * share;
         sum += weight * vec2f(open / max(known, 1.0), 1.0);
     }
-    textureStore(views, id.xy, vec4f(sum, 0.0, 0.0));
+    textureStore(views, id, vec4f(sum, 0.0, 0.0));
 }

@@ -4,6 +4,7 @@
 // `recompute`, only for display pixels whose surface the coarse texels hardly show (Dachsbacher & Stamminger 2005,
 // section 4.3); other pixels keep the interpolated light.
 @if(near) import package::common::math::GOLDEN_ROTATION;
+import package::common::division::Division;
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{LARGEST_RADIANCE, PI, spread2};
 @if(far && visibility) import package::common::math::largest;
@@ -30,6 +31,7 @@ struct Params {
     @if(recompute) least_weight: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
@@ -163,32 +165,34 @@ fn light_at(position: vec3f, normal: vec3f, id: vec2u) -> vec3f {
 
 @if(!recompute)
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn gather(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(surfels)) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, id, 0);
     var sum = vec3f(0.0);
     if surfel_depth(own) > SKY_DEPTH {
-        let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
-        sum = light_at(position, surfel_normal(own), id.xy);
+        let position = surfel_position(own, id, params.scale, view.display_size, view.tan_half_fov);
+        sum = light_at(position, surfel_normal(own), id);
     }
     // The largest radiance times the lights that one stands for stays finite.
-    textureStore(gathered, id.xy, vec4f(min(sum, vec3f(LARGEST_RADIANCE)), 1.0));
+    textureStore(gathered, id, vec4f(min(sum, vec3f(LARGEST_RADIANCE)), 1.0));
 }
 
 @if(recompute)
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(gathered)) {
+fn gather(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(gathered)) {
         return;
     }
-    var result = textureLoad(interpolated, id.xy, 0);
+    var result = textureLoad(interpolated, id, 0);
     if result.w < params.least_weight {
-        let d = textureLoad(depth, id.xy, 0).x;
-        let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
-        result = vec4f(light_at(position, normalize(textureLoad(normal, id.xy, 0).xyz), id.xy), 1.0);
+        let d = textureLoad(depth, id, 0).x;
+        let position = view_position(uv_of_texel(id, 1.0, view.display_size), d, view.tan_half_fov);
+        result = vec4f(light_at(position, normalize(textureLoad(normal, id, 0).xyz), id), 1.0);
     }
     @if(float16) { result = min(result, vec4f(LARGEST_FLOAT16)); }
-    textureStore(gathered, id.xy, result);
+    textureStore(gathered, id, result);
 }

@@ -1,5 +1,6 @@
 // The visible surface that the mirror direction of each glossy pixel hits (Sousa et al. 2011): the intersection map of
 // Lambru et al., section 4.2, made once for all lights.
+import package::common::division::Division;
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::scene::Material;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position, pixel_of};
@@ -11,6 +12,7 @@ struct Params {
     stride: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var depth: texture_2d<f32>;
@@ -99,22 +101,23 @@ fn march(position: vec3f, mirror: vec3f) -> u32 {
 const MOST_STEPS: f32 = 23170.0;
 
 @compute @workgroup_size(8, 8)
-fn trace(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(mirror_map)) {
+fn trace(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(mirror_map)) {
         return;
     }
-    let d = textureLoad(depth, id.xy, 0).x;
+    let d = textureLoad(depth, id, 0).x;
     var found = NOTHING;
     // Without a surface the material is the first one.
-    if d > SKY_DEPTH && any(materials[textureLoad(material, id.xy, 0).x].specular > vec3f(0.0)) {
-        let n = normalize(textureLoad(normal, id.xy, 0).xyz);
-        let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
+    if d > SKY_DEPTH && any(materials[textureLoad(material, id, 0).x].specular > vec3f(0.0)) {
+        let n = normalize(textureLoad(normal, id, 0).xyz);
+        let position = view_position(uv_of_texel(id, 1.0, view.display_size), d, view.tan_half_fov);
         let pixel_width = 2.0 * view.tan_half_fov.y / view.display_size.y * d;
-        let exponent = materials[textureLoad(material, id.xy, 0).x].phong_exponent;
-        let mirror = reflected(position, n, exponent, LOBE, id.xy, view.frame, view.seed, OVER_FRAMES);
+        let exponent = materials[textureLoad(material, id, 0).x].phong_exponent;
+        let mirror = reflected(position, n, exponent, LOBE, id, view.frame, view.seed, OVER_FRAMES);
         if dot(mirror, n) > 0.0 {
             found = march(position + START * pixel_width * n, mirror);
         }
     }
-    textureStore(mirror_map, id.xy, vec4u(found));
+    textureStore(mirror_map, id, vec4u(found));
 }

@@ -3,6 +3,7 @@
 // hemisphere, projected into one reflective shadow map. Each point stands for the area of its share of the pattern;
 // with `published`, for Equation 3. With `visibility`, one of several samples is tested for occluders and stands for
 // all of them. With `further`, adds to the previous maps.
+import package::common::division::Division;
 import package::common::hemisphere::shell_point;
 import package::common::math::{LARGEST_RADIANCE, spread2};
 @if(visibility) import package::common::math::largest;
@@ -31,6 +32,7 @@ struct Params {
     weight: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(14) var<uniform> shadow_view: ShadowView;
@@ -57,26 +59,27 @@ fn light_of(candidates: Candidates, here: RayEnd) -> vec3f {
 }
 
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn gather(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(surfels)) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, id, 0);
     var sum = vec3f(0.0);
-    @if(further) { sum = textureLoad(partial_sum, id.xy, 0).rgb; }
+    @if(further) { sum = textureLoad(partial_sum, id, 0).rgb; }
     if surfel_depth(own) > SKY_DEPTH {
-        let in_view = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
+        let in_view = surfel_position(own, id, params.scale, view.display_size, view.tan_half_fov);
         let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
         let normal = normalize((view.view_to_world * vec4f(surfel_normal(own), 0.0)).xyz);
         let size = vec2f(textureDimensions(rsm_position));
         // All faces around a point light project the same points.
-        let random = spread2(id.xy, view.frame, PATTERN_FAR_STREAM + shadow_view.light, view.seed, false);
+        let random = spread2(id, view.frame, PATTERN_FAR_STREAM + shadow_view.light, view.seed, false);
         let inner = params.inner / params.outer;
         @if(!published) let source = source_of(shadow_view.world_to_clip);
         @if(visibility) let here = ray_end(position, normal);
         @if(visibility) let stream = PATTERN_FAR_VISIBILITY_STREAM + shadow_view.light;
         @if(visibility) var candidates =
-            Candidates(0.0, 0u, spread2(id.xy, view.frame, stream, view.seed, false).x);
+            Candidates(0.0, 0u, spread2(id, view.frame, stream, view.seed, false).x);
         for (var i = 0u; i < params.samples; i++) {
             let offset = shell_point(normal, inner, i, params.samples, random);
             let point = position + params.outer * offset;
@@ -113,5 +116,5 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             }
         }
     }
-    textureStore(gathered, id.xy, vec4f(min(sum, vec3f(LARGEST_RADIANCE)), 1.0));
+    textureStore(gathered, id, vec4f(min(sum, vec3f(LARGEST_RADIANCE)), 1.0));
 }

@@ -2,6 +2,7 @@
 // Near light by the paper's pattern (Lambru et al., section 3.1; Ritschel et al. 2009): points inside a small
 // hemisphere, projected to the screen. Each point stands for the area of its share of the pattern. With `published` it
 // counts if the visible surface occludes it, by Equation 3: a mean between points, without units.
+import package::common::division::Division;
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::hemisphere::hemisphere_point;
 import package::common::math::{LARGEST_RADIANCE, spread2};
@@ -24,23 +25,25 @@ struct Params {
     weight: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn gather(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(surfels)) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, id, 0);
     // Light, and the sum of form factors.
     var sum = vec4f(0.0);
     if surfel_depth(own) > SKY_DEPTH {
-        let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
+        let position = surfel_position(own, id, params.scale, view.display_size, view.tan_half_fov);
         let normal = surfel_normal(own);
-        let random = spread2(id.xy, view.frame, PATTERN_NEAR_STREAM, view.seed, false);
+        let random = spread2(id, view.frame, PATTERN_NEAR_STREAM, view.seed, false);
         // Solid angle of a texel in the middle of the screen.
         let pixel = 2.0 * view.tan_half_fov / view.display_size * params.scale;
         let texel_angle = pixel.x * pixel.y;
@@ -81,5 +84,5 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     }
     @if(published) { sum.w = 1.0; }
     // Discs of many samples may overlap. The form factors of a hemisphere sum to at most 1.
-    textureStore(gathered, id.xy, vec4f(min(sum.rgb / max(sum.w, 1.0), vec3f(LARGEST_RADIANCE)), 1.0));
+    textureStore(gathered, id, vec4f(min(sum.rgb / max(sum.w, 1.0), vec3f(LARGEST_RADIANCE)), 1.0));
 }

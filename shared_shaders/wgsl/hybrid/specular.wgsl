@@ -4,6 +4,7 @@
 // in one reflective shadow map. With `visibility`, occluders of the scene block that ray. With `further`, surfaces
 // behind those of the previous maps do not count. Ks is left out. The lobe is as narrow as a mirror's.
 @if(lights) import package::common::form_factor::MIN_COS_BETA;
+import package::common::division::Division;
 import package::common::scene::Material;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::hybrid::mirror_map::{NOTHING, unpack_pixel};
@@ -20,6 +21,7 @@ struct Params {
     reach: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @if(lights) @group(0) @binding(1) var<uniform> params: Params;
 @if(lights) @group(0) @binding(14) var<uniform> shadow_view: ShadowView;
@@ -156,24 +158,25 @@ fn march(position: vec3f, normal: vec3f, mirror: vec3f) -> vec4f {
 }
 
 @compute @workgroup_size(8, 8)
-fn show(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(specular)) {
+fn show(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(specular)) {
         return;
     }
-    let d = textureLoad(depth, id.xy, 0).x;
-    let own = materials[textureLoad(material, id.xy, 0).x];
+    let d = textureLoad(depth, id, 0).x;
+    let own = materials[textureLoad(material, id, 0).x];
     var result = vec4f(0.0);
-    @if(further) { result = textureLoad(partial_sum, id.xy, 0); }
+    @if(further) { result = textureLoad(partial_sum, id, 0); }
     // Without a surface the material is the first one.
     if d > SKY_DEPTH && any(own.specular > vec3f(0.0)) {
-        let n = normalize(textureLoad(normal, id.xy, 0).xyz);
-        let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
-        let mirror = reflected(position, n, own.phong_exponent, LOBE, id.xy, view.frame, view.seed, OVER_FRAMES);
+        let n = normalize(textureLoad(normal, id, 0).xyz);
+        let position = view_position(uv_of_texel(id, 1.0, view.display_size), d, view.tan_half_fov);
+        let mirror = reflected(position, n, own.phong_exponent, LOBE, id, view.frame, view.seed, OVER_FRAMES);
         let cosine = dot(mirror, n);
         // The modified Phong lobe of hierarchical/lobe.wgsl. Only light from the mirror direction arrives.
         let exponent = max(own.phong_exponent, 0.0);
         let lobe = max(cosine, 0.0) * (exponent + 2.0) / (exponent + 1.0);
-        let word = textureLoad(mirror_map, id.xy, 0).x;
+        let word = textureLoad(mirror_map, id, 0).x;
         @if(!further) {
             if word != NOTHING {
                 result = vec4f(textureLoad(direct, unpack_pixel(word), 0).rgb * lobe, 0.0);
@@ -195,5 +198,5 @@ fn show(@builtin(global_invocation_id) id: vec3u) {
             }
         }
     }
-    textureStore(specular, id.xy, result);
+    textureStore(specular, id, result);
 }

@@ -3,6 +3,7 @@
 // until one is behind the visible surface by less than the thickness. The hit surface lights the receiver. Without
 // `light`, only ambient visibility is found: the share of rays that hit nothing. With `ambient`, those rays see the
 // environment, unless a voxel of the scene is in the way: what is off the screen closes a room, too.
+import package::common::division::Division;
 import package::common::hemisphere::cosine_direction;
 import package::common::math::{random3, spread2};
 @if(ambient && light) import package::common::environment::{MAP, latlong};
@@ -28,6 +29,7 @@ struct Params {
     thickness_slope: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
@@ -92,7 +94,7 @@ fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> v
 
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let pixel = tiled_pixel(group, local);
+    let pixel = tiled_pixel(group.xy + division.workgroup, local);
     if any(pixel >= textureDimensions(surfels)) {
         return;
     }

@@ -1,5 +1,6 @@
 // Appends the surfaces of one map, in the camera's view space, to those of the previous maps, with the importance of
 // each: its contribution to a few receivers spread over the screen.
+import package::common::division::Division;
 import package::common::math::random3;
 import package::common::streams::IMPORTANCE_STREAM;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
@@ -16,6 +17,7 @@ struct Params {
     scale: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var rsm_position: texture_2d<f32>;
@@ -26,13 +28,14 @@ struct Params {
 @group(0) @binding(7) var<storage, read_write> importances: array<f32>;
 
 @compute @workgroup_size(8, 8)
-fn collect(@builtin(global_invocation_id) id: vec3u) {
+fn collect(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
     let size = textureDimensions(rsm_position);
-    if any(id.xy >= size) {
+    if any(id >= size) {
         return;
     }
     let index = params.first + id.y * size.x + id.x;
-    var surface = unpack_light(textureLoad(rsm_position, id.xy, 0).xyz, textureLoad(light, id.xy, 0));
+    var surface = unpack_light(textureLoad(rsm_position, id, 0).xyz, textureLoad(light, id, 0));
     surface.position = (view.world_to_view * vec4f(surface.position, 1.0)).xyz;
     surface.normal = (view.world_to_view * vec4f(surface.normal, 0.0)).xyz;
     let shown = surface.area > 0.0;

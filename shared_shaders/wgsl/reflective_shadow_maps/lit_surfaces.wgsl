@@ -1,7 +1,9 @@
-// variants: textured, animated, receive_only, seen
+// variants: textured, animated, receive_only, seen, kept
 // The reflective shadow map of one light or of one cube face (Dachsbacher & Stamminger 2005), from the number of the
 // first triangle on each texel's ray. That surface is lit, so no shadow test is needed. With `receive_only`, some
-// surfaces send nothing. With `seen`, only surfaces that the camera sees send light.
+// surfaces send nothing. With `seen`, only surfaces that the camera sees send light. With `kept`, the map is written to the
+// finest level of the pyramid over all maps.
+import package::common::division::Division;
 import package::common::form_factor::MIN_COS_BETA;
 import package::common::math::{LARGEST_RADIANCE, PI};
 import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vertex_normal, light_incidence};
@@ -12,22 +14,25 @@ import package::common::scene::{Vertex, Material, Light, LIGHT_DIRECTIONAL, vert
 import package::reflective_shadow_maps::light_surface::pack_light;
 import package::common::shadow_view::ShadowView;
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> shadow_view: ShadowView;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> indices: array<u32>;
 @group(0) @binding(3) var<storage, read> materials: array<Material>;
-@group(0) @binding(4) var<storage, read> lights: array<Light>;
+// The light whose map this is.
+@group(0) @binding(4) var<uniform> source: Light;
 @if(animated) @group(0) @binding(5) var<storage, read> objects: array<Object>;
 // One word per material: 1 if it receives light but sends none.
 @if(receive_only) @group(0) @binding(6) var<storage, read> receive_only: array<u32>;
 // Number of the first triangle, counted from 1; 0 without a triangle.
 @group(0) @binding(7) var triangles: texture_2d<u32>;
 // World position.
-@group(0) @binding(8) var rsm_position: texture_storage_2d<rgba32float, write>;
+@if(!kept) @group(0) @binding(8) var rsm_position: texture_storage_2d<rgba32float, write>;
 // `pack_light`.
-@group(0) @binding(9) var light: texture_storage_2d<rgba32uint, write>;
+@if(!kept) @group(0) @binding(9) var light: texture_storage_2d<rgba32uint, write>;
 @if(seen) @group(0) @binding(10) var<uniform> view: View;
 @if(seen) @group(0) @binding(11) var depth: texture_2d<f32>;
+@if(kept) @group(0) @binding(12) var<storage, read_write> light_pyramid: array<vec4u>;
 
 // Relative depth tolerance between a pixel and the plane of the surface for the pixel to show that surface.
 @if(seen)
@@ -87,23 +92,36 @@ fn is_seen(position: vec3f, normal: vec3f) -> bool {
     return on_plane || abs(shown + p.z) < SAME_DEPTH * shown;
 }
 
+/// Writes a texel of the map: the world position, and `pack_light`. Zeros where nothing is lit.
+fn write_texel(texel: vec2u, size: vec2u, position: vec4f, surface: vec4u) {
+    @if(!kept) {
+        textureStore(rsm_position, texel, position);
+        textureStore(light, texel, surface);
+    }
+    @if(kept) {
+        let index = 2u * ((shadow_view.index * size.y + texel.y) * size.x + texel.x);
+        light_pyramid[index] = bitcast<vec4u>(position);
+        light_pyramid[index + 1u] = surface;
+    }
+}
+
 @compute @workgroup_size(8, 8)
-fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
+fn lit_surfaces(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
     let size = textureDimensions(triangles);
-    if any(id.xy >= size) {
+    if any(id >= size) {
         return;
     }
-    let triangle = textureLoad(triangles, id.xy, 0).x;
+    let triangle = textureLoad(triangles, id, 0).x;
     if triangle == 0u {
-        textureStore(rsm_position, id.xy, vec4f(0.0));
-        textureStore(light, id.xy, vec4u(0u));
+        write_texel(id, size, vec4f(0.0), vec4u(0u));
         return;
     }
     let first = 3u * (triangle - 1u);
     let a = corner(indices[first]);
     let b = corner(indices[first + 1u]);
     let c = corner(indices[first + 2u]);
-    let ndc = (vec2f(id.xy) + 0.5) / vec2f(size) * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0);
+    let ndc = (vec2f(id) + 0.5) / vec2f(size) * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0);
     let weights = weights_at(ndc, a.clip, b.clip, c.clip);
     let position = mat3x3f(a.world, b.world, c.world) * weights;
     let material_index = vertices[indices[first]].material;
@@ -117,7 +135,6 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     @if(receive_only) {
         albedo *= f32(1u - receive_only[material_index]);
     }
-    let source = lights[shadow_view.light];
     let incidence = light_incidence(source, position);
     // If opposite normals cancel, use the normal of the triangle. Surfaces are two-sided: the normal faces the light.
     var normal = mat3x3f(a.normal, b.normal, c.normal) * weights;
@@ -132,7 +149,7 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     // The texel's area across its ray, then along the surface. Near the edge of the light's view the error of shading
     // normals exceeds the bound, as in a camera's view.
     // Width of a texel: scene units (directional), otherwise per unit of distance along the map's axis.
-    let texel_width = shadow_view.width / f32(textureDimensions(rsm_position).x);
+    let texel_width = shadow_view.width / f32(size.x);
     var across = texel_width * texel_width;
     if source.kind != LIGHT_DIRECTIONAL {
         // Perspective map: the solid angle of the texel is proportional to the cubed cosine to the map's axis. The
@@ -144,6 +161,5 @@ fn lit_surfaces(@builtin(global_invocation_id) id: vec3u) {
     @if(seen) {
         albedo *= f32(is_seen(position, normal));
     }
-    textureStore(rsm_position, id.xy, vec4f(position, 1.0));
-    textureStore(light, id.xy, pack_light(area, normal, irradiance * albedo / PI));
+    write_texel(id, size, vec4f(position, 1.0), pack_light(area, normal, irradiance * albedo / PI));
 }

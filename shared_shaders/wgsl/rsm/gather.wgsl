@@ -2,6 +2,7 @@
 // Indirect light from one reflective shadow map (Dachsbacher & Stamminger 2005, section 3.3): samples of the texels
 // around the receiver's position in the map, dense nearby and sparse far away. With `further`, adds to the previous
 // maps.
+import package::common::division::Division;
 import package::common::math::{PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
@@ -21,6 +22,7 @@ struct Params {
     intensity: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(7) var<uniform> shadow_view: ShadowView;
@@ -36,14 +38,15 @@ override SAMPLES: u32;
 override RADIOMETRIC: bool;
 
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn gather(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(surfels)) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, id, 0);
     var sum = vec3f(0.0);
-    @if(further) { sum = textureLoad(partial_sum, id.xy, 0).rgb; }
-    let in_view = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
+    @if(further) { sum = textureLoad(partial_sum, id, 0).rgb; }
+    let in_view = surfel_position(own, id, params.scale, view.display_size, view.tan_half_fov);
     let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
     let clip = shadow_view.world_to_clip * vec4f(position, 1.0);
     // The map shows nothing behind a spot light or a cube face.
@@ -51,7 +54,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         let normal = normalize((view.view_to_world * vec4f(surfel_normal(own), 0.0)).xyz);
         let size = vec2f(textureDimensions(rsm_position));
         let centre = (clip.xy / clip.w * vec2f(0.5, -0.5) + 0.5) * size;
-        let random = spread2(id.xy, view.frame, RSM_STREAM + params.index, view.seed, false);
+        let random = spread2(id, view.frame, RSM_STREAM + params.index, view.seed, false);
         let reach = params.map_radius * size.x;
         for (var i = 0u; i < SAMPLES; i++) {
             let share = (f32(i) + random.x) / f32(SAMPLES);
@@ -74,5 +77,5 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
             sum += select(vec3f(0.0), surface.radiance * factor, inside && surface.area > 0.0);
         }
     }
-    textureStore(gathered, id.xy, vec4f(sum, 1.0));
+    textureStore(gathered, id, vec4f(sum, 1.0));
 }

@@ -1,11 +1,13 @@
 // variants: alpha_tested, animated
 // Sets the voxels that the scene's surfaces cross: every triangle is covered with points less than a voxel apart.
+import package::common::division::Division;
 import package::common::scene::Vertex;
 @if(alpha_tested) import package::common::scene::Material;
 @if(animated) import package::common::scene::Object;
 @if(alpha_tested) import package::common::scene_textures::is_hole;
 import package::scene_voxels::grid::{Grid, word_index, grid_position};
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<storage, read> grid: Grid;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> indices: array<u32>;
@@ -90,7 +92,8 @@ fn cover(first: Corner, second: Corner, third: Corner, row: u32, hole_texture: u
 }
 
 @compute @workgroup_size(256)
-fn fill(@builtin(global_invocation_id) id: vec3u) {
+fn fill(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
     let first = id.x * 3u;
     if first + 2u >= arrayLength(&indices) {
         return;

@@ -1,5 +1,6 @@
 // Screen-space ambient occlusion (Mittring 2007) over the hemisphere. The result is ambient visibility: the share of
 // points that are in front of the visible surface at their projection.
+import package::common::division::Division;
 import package::common::hemisphere::hemisphere_point;
 import package::common::math::spread2;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
@@ -13,6 +14,7 @@ struct Params {
     radius: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
@@ -24,17 +26,18 @@ override SAMPLES: u32;
 const BIAS: f32 = 0.01;
 
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn gather(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(surfels)) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, id, 0);
     var open = 1.0;
     if surfel_depth(own) > SKY_DEPTH {
         let normal = surfel_normal(own);
-        let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov)
+        let position = surfel_position(own, id, params.scale, view.display_size, view.tan_half_fov)
             + BIAS * params.radius * normal;
-        let random = spread2(id.xy, view.frame, SSAO_STREAM, view.seed, false);
+        let random = spread2(id, view.frame, SSAO_STREAM, view.seed, false);
         var hidden = 0.0;
         for (var i = 0u; i < SAMPLES; i++) {
             let point = position + params.radius * hemisphere_point(normal, i, SAMPLES, random);
@@ -49,5 +52,5 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         }
         open = 1.0 - hidden / f32(SAMPLES);
     }
-    textureStore(gathered, id.xy, vec4f(open, 0.0, 0.0, 1.0));
+    textureStore(gathered, id, vec4f(open, 0.0, 0.0, 1.0));
 }

@@ -1,5 +1,6 @@
 // Screen-space directional occlusion, its indirect light (Ritschel et al. 2009, section 3.2): points inside a
 // hemisphere are projected to the screen. The visible surface in front of a point occludes it and sends light.
+import package::common::division::Division;
 import package::common::hemisphere::hemisphere_point;
 import package::common::math::{PI, spread2};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position, surfel_radiance};
@@ -17,6 +18,7 @@ struct Params {
     intensity: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var surfels: texture_2d<u32>;
@@ -28,17 +30,18 @@ override SAMPLES: u32;
 override RADIOMETRIC: bool;
 
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(surfels)) {
+fn gather(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(surfels)) {
         return;
     }
-    let own = textureLoad(surfels, id.xy, 0);
+    let own = textureLoad(surfels, id, 0);
     // Light, and the sum of form factors.
     var sum = vec4f(0.0);
     if surfel_depth(own) > SKY_DEPTH {
-        let position = surfel_position(own, id.xy, params.scale, view.display_size, view.tan_half_fov);
+        let position = surfel_position(own, id, params.scale, view.display_size, view.tan_half_fov);
         let normal = surfel_normal(own);
-        let random = spread2(id.xy, view.frame, SSDO_STREAM, view.seed, false);
+        let random = spread2(id, view.frame, SSDO_STREAM, view.seed, false);
         // A sample's share of the disc below the hemisphere.
         let area = PI * params.radius * params.radius / f32(SAMPLES);
         for (var i = 0u; i < SAMPLES; i++) {
@@ -63,5 +66,5 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     // Discs of many samples may overlap. The form factors of a hemisphere sum to at most 1.
-    textureStore(gathered, id.xy, vec4f(sum.rgb / max(sum.w, 1.0), 1.0));
+    textureStore(gathered, id, vec4f(sum.rgb / max(sum.w, 1.0), 1.0));
 }

@@ -14,7 +14,7 @@ import package::common::shadow_view::ShadowView;
 @group(0) @binding(3) var normal: texture_2d<f32>;
 @group(0) @binding(4) var material: texture_2d<u32>;
 @group(0) @binding(5) var<storage, read> materials: array<Material>;
-@group(0) @binding(6) var<storage, read> lights: array<Light>;
+@group(0) @binding(6) var<uniform> source: Light;
 @group(0) @binding(7) var rsm_position: texture_2d<f32>;
 @if(further) @group(0) @binding(8) var partial_sum: texture_2d<f32>;
 @group(0) @binding(9) var transmitted: texture_storage_2d<rgba32float, write>;
@@ -36,12 +36,11 @@ fn transmit(@builtin(global_invocation_id) id: vec3u) {
         let in_view = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
         let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
         let n = normalize((view.view_to_world * vec4f(textureLoad(normal, id.xy, 0).xyz, 0.0)).xyz);
-        let light = lights[shadow_view.light];
-        let incidence = light_incidence(light, position);
+        let incidence = light_incidence(source, position);
         let cosine = -dot(n, incidence.direction);
         let clip = shadow_view.world_to_clip * vec4f(position, 1.0);
         let ndc = clip.xy / max(clip.w, 1e-30);
-        let edge = select(1.0, 1.0 / FACE, light.shadow_faces == 6u);
+        let edge = select(1.0, 1.0 / FACE, source.shadow_faces == 6u);
         if cosine > 0.0 && clip.w > 0.0 && all(abs(ndc) <= vec2f(edge)) {
             let size = vec2f(textureDimensions(rsm_position));
             let texel = vec2u(min((ndc * vec2f(0.5, -0.5) + 0.5) * size, size - 1.0));

@@ -53,6 +53,9 @@ impl Light {
 const MAX_LEVELS: u32 = 8;
 const MAX_BOUNCES: u32 = 8;
 
+/// Work of a ray through view-space voxels: it crosses about as many columns of its level.
+const FROXEL_RAY: u64 = 32;
+
 impl Gather<'_> {
     /// Gathers from these surfels, one texture per level, and combines the levels: light at the resolution of level 0.
     ///
@@ -120,6 +123,8 @@ impl Gather<'_> {
         let tested = !matches!(light, Light::Bounce(2..)) || parameters.visibility_bounces == VisibilityBounces::All;
         let froxels = self.froxels.filter(|_| tested).map(|froxels| froxels.level(k));
         let near_field_distance = self.near_field_distance.filter(|_| light == Light::Bounce(1));
+        let rays = if froxels.is_some() { parameters.samples.div_ceil(parameters.samples_per_ray) } else { 0 };
+        let cost = u64::from(parameters.samples) + u64::from(rays) * FROXEL_RAY;
         let run = gather::Gather {
             surfels,
             visibility: froxels
@@ -149,6 +154,7 @@ impl Gather<'_> {
         };
         plan.pass(Part::Technique, light.pass_name(&format!("gather_{k}")), run)
             .because(format!("ring of {inner:.1} to {outer:.1} texels of {0}x{0} pixels", level.scale))
+            .costs(cost)
             .over(level.size);
     }
 }

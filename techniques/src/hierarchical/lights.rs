@@ -53,6 +53,10 @@ pub(super) fn plan_light_from_lights(
     let [inner, outer] = ring_radii(parameters.ring, radius, 1);
     let gathered =
         plan.texture("gathered_from_lights", level.size, Format::Rgba32Float, "light from reflective shadow maps");
+    // The maps share the samples of each level. Emitters have as many points.
+    let samples = u64::from(parameters.samples) * u64::from(end - first + 1);
+    let rays = samples.div_ceil(parameters.samples_per_ray.into());
+    let of_ray = voxels.map_or(0, |voxels| voxels.ray_cost(plan));
     let run = GatherLights {
         surfels: level.surfels,
         gathered,
@@ -86,6 +90,7 @@ pub(super) fn plan_light_from_lights(
     };
     plan.pass(Part::Technique, "gather_lights", run)
         .because("light from lit surfaces, on the screen or not")
+        .costs(samples + rays * of_ray)
         .over(level.size);
     Ok(Some(gathered))
 }

@@ -86,7 +86,10 @@ impl<'a> AmbientVisibility<'a> {
                 samples: self.parameters.occlusion_samples,
             },
         };
-        plan.pass(Part::Technique, name, run).because(reason).over(self.level.size);
+        plan.pass(Part::Technique, name, run)
+            .because(reason)
+            .costs(self.parameters.occlusion_samples.into())
+            .over(self.level.size);
         self.passes += 1;
     }
 

@@ -64,6 +64,7 @@ impl<'a> Patterns<'a> {
             };
             plan.pass(Part::Technique, "near", run)
                 .because("points of a small hemisphere, projected to the screen")
+                .costs(parameters.screen_samples.into())
                 .over(level.size);
             patterns.passes = 1;
         }
@@ -86,6 +87,8 @@ impl<'a> Patterns<'a> {
         let Self { parameters, level, radius, weight, ref sums, passes } = *self;
         let outer = if parameters.far_radius > 0.0 { parameters.far_radius } else { SHELL * radius };
         let inner = if parameters.sources == Sources::Lights { 0.0 } else { radius.min(outer) };
+        let rays = u64::from(parameters.light_samples.div_ceil(parameters.samples_per_ray));
+        let of_ray = voxels.map_or(0, |voxels| voxels.ray_cost(plan));
         let run = PatternFar {
             shadow_view: shadow_view(plan, index, view),
             surfels: level.surfels,
@@ -106,6 +109,7 @@ impl<'a> Patterns<'a> {
         };
         plan.pass(Part::Technique, format!("rsm_{index}"), run)
             .because("points of the shell around the small hemisphere, projected into a reflective shadow map")
+            .costs(u64::from(parameters.light_samples) + rays * of_ray)
             .over(level.size);
         self.passes += 1;
     }

@@ -4,7 +4,7 @@ use glam::Vec3;
 use wgpu::TextureFormat as Format;
 
 use super::{Hybrid, Views};
-use halflight_frame_graph::{FramePlan, Part, ResourceId};
+use halflight_frame_graph::{FramePlan, Part, ResourceId, ResourceKind};
 use halflight_renderer::{
     gi::{Inputs, Switch, rsm::ReflectiveShadowMap, scene_voxels::SceneVoxels},
     scene::{ShadowLayer, shadow_view},
@@ -27,6 +27,19 @@ pub(super) struct Specular<'a> {
     passes: usize,
 }
 
+/// Steps of a reflection ray across an image, texels wide: half of it on average.
+fn steps(width: u32, stride: f32) -> u64 {
+    (0.5 * width as f32 / stride).ceil() as u64
+}
+
+/// Width of a reflective shadow map, texels.
+fn map_width(plan: &FramePlan, map: &ReflectiveShadowMap) -> u32 {
+    match plan.resources[map.position.0].kind {
+        ResourceKind::Texture { size, .. } => size[0],
+        _ => 1,
+    }
+}
+
 impl<'a> Specular<'a> {
     /// Plans the ray march on the screen, once for all lights; nothing if no material is glossy or the setting is off.
     pub(super) fn new(plan: &mut FramePlan, inputs: &'a Inputs<'a>, parameters: &Hybrid) -> Option<Self> {
@@ -47,6 +60,7 @@ impl<'a> Specular<'a> {
         };
         plan.pass(Part::Technique, "mirror_map", run)
             .because("reflection rays against the screen, once for all lights")
+            .costs(steps(size[0].max(size[1]), parameters.specular_stride))
             .over(size);
         let views = if parameters.specular == Views::Both { inputs.shadow_layers().len() } else { 0 };
         let shown = (0..views.clamp(1, 2))
@@ -118,7 +132,9 @@ impl<'a> Specular<'a> {
             params: specular::Params { stride: light.map(|_| self.stride), reach: light.map(|_| self.reach) },
             constants: self.constants,
         };
-        plan.pass(Part::Technique, name, run).because(reason).over(size);
+        let cost = light
+            .map_or(1, |(maps, ..)| steps(map_width(plan, maps), self.stride) + voxels.map_or(0, |v| v.ray_cost(plan)));
+        plan.pass(Part::Technique, name, run).because(reason).costs(cost).over(size);
     }
 
     /// The light of all views, and each pixel's material.

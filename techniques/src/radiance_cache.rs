@@ -91,9 +91,9 @@ const LINK_BYTES: u64 = 16;
 const RAY_BYTES: u64 = 64;
 /// Slots for each record that the display would need if surfaces faced the camera: surfaces are slanted, and records have
 /// coarser ones.
-const SLOTS_PER_RECORD: f32 = 4.0;
+const SLOTS_PER_RECORD: f32 = 5.0;
 /// Slots for records that only hits refer to.
-const SLOTS_OF_HITS: u32 = 14 << 10;
+const SLOTS_OF_HITS: u32 = 18 << 10;
 /// Width of the squares of pixels of which one is looked at in a frame: radiance_cache/squares.wgsl.
 const SQUARE: u32 = 4;
 /// Unit of the grid, as a share of the scene's diagonal. Only its ratio to a power of two matters.

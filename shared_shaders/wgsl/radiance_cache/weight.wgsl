@@ -1,7 +1,7 @@
 // How much a record wants rays.
 
 /// Samples of a record that only hits refer to after which it wants no more.
-const ENOUGH_FOR_HITS: f32 = 256.0;
+const ENOUGH_FOR_HITS: f32 = 96.0;
 
 /// Share of the rays that a record gets, relative to others. `own` are its samples, `all` those of its children, too.
 /// `visible` tells whether a surfel is inside.

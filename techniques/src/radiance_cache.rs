@@ -51,7 +51,7 @@ parameters! {
     /// Parameters of the radiance cache.
     pub struct RadianceCache("radiance-cache") {
         /// Rays of a frame. All records share them.
-        rays: u32 = 8192, in 64..=1_048_576, unit "1", grid [2048, 8192, 32768], role Plan;
+        rays: u32 = 8192, in 64..=131_072, unit "1", grid [2048, 8192, 32768], role Plan;
         /// Width of a record on the screen.
         spacing: f32 = 8.0, in 2.0..=64.0, unit "px", grid [4.0, 8.0, 16.0], role Plan;
         /// Links that a record keeps, for changes of light and for further bounces.

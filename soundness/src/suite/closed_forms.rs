@@ -5,7 +5,7 @@ use halflight_evaluator::{
     Error,
     experiment::session::{Frames, Request, Session},
 };
-use halflight_renderer::gi::rsm::has_reflective_shadow_maps;
+use halflight_renderer::gi::{bvh::traces_rays, rsm::has_reflective_shadow_maps};
 use halflight_renderer::{
     gi::Technique,
     parameters::{Kind, Settings, Value},
@@ -85,9 +85,9 @@ fn alone(
 ) -> Result<Vec<Check>, Error> {
     let frames = frame(session, technique, settings, [1, 1])?;
     let light = mean(&frames, "indirect")?;
-    // Reflective shadow maps show more than the screen.
-    if has_reflective_shadow_maps(frames.plan()) {
-        let reason = "surfaces in reflective shadow maps light it";
+    // Reflective shadow maps and rays find more than the screen shows.
+    if has_reflective_shadow_maps(frames.plan()) || traces_rays(frames.plan()) {
+        let reason = "surfaces off the screen light it";
         return Ok(vec![check.clone().reported("indirect light", light, reason)]);
     }
     let reason = "a surface does not light itself, and nothing else is in view";

@@ -9,7 +9,7 @@ use halflight_evaluator::{
     experiment::session::{Frames, Request, Session},
 };
 use halflight_frame_graph::non_finite::ValueCounts;
-use halflight_renderer::gi::rsm::has_reflective_shadow_maps;
+use halflight_renderer::gi::{bvh::traces_rays, rsm::has_reflective_shadow_maps};
 use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, check_settings},
@@ -131,12 +131,14 @@ fn examine(
         Expect::Black => {
             check.clone().bounded("largest value of light", f64::from(found.largest), 0.0, "nothing sends light")
         }
-        // Reflective shadow maps may hold brighter surfaces than the screen.
-        Expect::Light if has_reflective_shadow_maps(frames.plan()) => check.clone().reported(
-            "mean of indirect light",
-            mean_indirect(&frames)?,
-            "sources off the screen may be brighter than those on it",
-        ),
+        // Reflective shadow maps and rays may find brighter surfaces than the screen shows.
+        Expect::Light if has_reflective_shadow_maps(frames.plan()) || traces_rays(frames.plan()) => {
+            check.clone().reported(
+                "mean of indirect light",
+                mean_indirect(&frames)?,
+                "sources off the screen may be brighter than those on it",
+            )
+        }
         Expect::Light => {
             let bound = f64::from(found.largest_direct) * series(&extreme.scene, bounces(technique, settings));
             let mean = mean_indirect(&frames)?;

@@ -7,7 +7,7 @@ use halflight_evaluator::{
     experiment::session::{Frames, Request, Session},
 };
 use halflight_native::images::{Rgb, luminance};
-use halflight_renderer::gi::{rsm::has_reflective_shadow_maps, scene_voxels::has_scene_voxels};
+use halflight_renderer::gi::{bvh::traces_rays, rsm::has_reflective_shadow_maps, scene_voxels::has_scene_voxels};
 use halflight_renderer::{
     gi::Technique,
     parameters::{Kind, Settings, Value},
@@ -79,7 +79,9 @@ impl Subject<'_> {
         let check = check.detail(format!("root mean square {:.1e} of the mean", difference(&a, &b)));
         let frames = self.frames(scene, size, 0)?;
         // One ray hits or misses as a whole.
-        let by_chance = has_reflective_shadow_maps(frames.plan()) || self.technique.name == "ray-march";
+        let by_chance = has_reflective_shadow_maps(frames.plan())
+            || traces_rays(frames.plan())
+            || self.technique.name == "ray-march";
         if !check.is_red() || !by_chance {
             return Ok(check);
         }
@@ -97,6 +99,10 @@ impl Subject<'_> {
         let check = check.detail(format!("means of {SEEDS} times {FRAMES} frames"));
         if has_scene_voxels(frames.plan()) && !same_voxels {
             let reason = "the voxel grid is aligned differently with the surfaces: the drift is reported";
+            return Ok(check.reported(DRIFT, drift, reason));
+        }
+        if traces_rays(frames.plan()) && !same_voxels {
+            let reason = "the cells of records are aligned differently with the surfaces: the drift is reported";
             return Ok(check.reported(DRIFT, drift, reason));
         }
         Ok(check.bounded(DRIFT, drift, LARGEST_DRIFT.max(5.0 * noise), AT_CHANCE))
@@ -498,8 +504,13 @@ fn disoccluded(session: &Session, subject: Subject) -> Result<Vec<Check>, Error>
     let wrong = uncovered.iter().filter(|&&i| with[i] != without[i]).count();
     let reason =
         "a surface that the frame before did not show has no history, so its light is that of this frame alone";
-    let check =
-        subject.check.clone().bounded("uncovered pixels with light of the frame before", wrong as f64, 0.0, reason);
+    let measure = "uncovered pixels with light of the frame before";
+    let check = if traces_rays(frames.plan()) {
+        let reason = "records of a cell, in world space, know other surfaces inside it and their rays";
+        subject.check.clone().reported(measure, wrong as f64, reason)
+    } else {
+        subject.check.clone().bounded(measure, wrong as f64, 0.0, reason)
+    };
     Ok(vec![check.detail(format!("of {} uncovered pixels", uncovered.len()))])
 }
 

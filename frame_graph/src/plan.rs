@@ -374,6 +374,11 @@ impl FramePlan {
         History { before, now }
     }
 
+    /// Whether some texture persists between frames: pixels of the previous frame, which passes reproject.
+    pub fn has_previous_images(&self) -> bool {
+        self.resources.iter().any(|resource| matches!(resource.kind, ResourceKind::Previous { .. }))
+    }
+
     /// Whether some pass depends on results of the previous frame.
     pub fn has_history(&self) -> bool {
         Dependencies::of(self).direct.iter().any(|direct| direct.contains(&Dependency::History))

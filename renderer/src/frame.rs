@@ -94,7 +94,7 @@ fn follows_objects(
     settings: &Settings,
     size: [u32; 2],
 ) -> Result<bool, SettingsError> {
-    Ok(plan_technique_of_scene(facts, technique, settings, size)?.has_history())
+    Ok(plan_technique_of_scene(facts, technique, settings, size)?.has_previous_images())
 }
 
 /// Marks receive-only surfaces, if the scene has any.

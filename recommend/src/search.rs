@@ -37,7 +37,7 @@ pub struct Request {
     pub size: [u32; 2],
     /// Width and height of the cells that are measured first, pixels. Equal to `size` to measure all at full size.
     pub reduced: [u32; 2],
-    /// Most cells to measure; `None` for a fifth of the candidates, at least [`FEWEST_CELLS`].
+    /// Most cells to measure; `None` for a fifth of the candidates, at least 24.
     pub most_cells: Option<usize>,
 }
 

@@ -12,8 +12,8 @@ use halflight_evaluator::experiment::{
     session::{Request, Session, open_adapter, open_scene},
 };
 use halflight_frame_graph::Part;
-use halflight_metrics::block_mean;
-use halflight_native::images::{Image, Precision};
+use halflight_metrics::{LinearPair, block_rel_mse, mean};
+use halflight_native::images::{Image, Precision, Rgb};
 use halflight_renderer::{
     parameters::{Settings, Value},
     truth::{Request as TruthRequest, Stop},
@@ -79,8 +79,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         native.info.name, scene.name, technique.name, args.size[0], args.size[1]
     );
     println!("technique {:.1} MB", frames.plan().technique_bytes() as f64 * 1e-6);
-    println!("| frame | relMSE | median | without the worst 2 % | mean | technique, ms | trace, ms | slots taken |");
-    println!("|---:|---:|---:|---:|---:|---:|---:|---:|");
+    println!("| frame | block relMSE | mean | technique, ms | trace, ms | slots taken |");
+    println!("|---:|---:|---:|---:|---:|---:|");
     let mut times = Vec::new();
     for number in 1..=args.frames.iter().copied().max().unwrap_or(1) {
         let time = frames.run(number - 1)?;
@@ -96,7 +96,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if let Some(folder) = &args.out {
             image.write_exr(&folder.join(format!("{}_{number}.exr", technique.name)), Precision::Half)?;
         }
-        let errors = truth.as_ref().map_or(Ok([f64::NAN; 4]), |truth| block_errors(&image, truth))?;
+        let errors = truth.as_ref().map_or(Ok([f64::NAN; 2]), |truth| errors(&image, truth))?;
         let errors: Vec<String> = errors.iter().map(|error| format!("{error:.4}")).collect();
         let [all, trace] = [0, 1].map(|part| {
             let mut sorted: Vec<f64> = times.iter().map(|time| time[part]).collect();
@@ -115,28 +115,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// relMSE over blocks: its mean, its median, its mean without the worst 2 %; and the ratio of the means.
-fn block_errors(image: &Image, truth: &Image) -> Result<[f64; 4], Box<dyn Error>> {
+/// relMSE over blocks of 4 x 4 pixels, and the mean relative to that of the reference.
+fn errors(image: &Image, truth: &Image) -> Result<[f64; 2], Box<dyn Error>> {
     let mask = truth.surface_mask().ok_or("the reference has no depth")?;
-    let light = |image: &Image| -> Result<Vec<[f32; 3]>, Box<dyn Error>> {
-        let albedo = truth.rgb("albedo").ok_or("the reference has no albedo")?;
+    let albedo = truth.rgb("albedo").ok_or("the reference has no albedo")?;
+    let light = |image: &Image| -> Vec<Rgb> {
         let light = image.rgb("indirect").unwrap_or_else(|| vec![[0.0; 3]; albedo.len()]);
-        let product = albedo.iter().zip(&light).map(|(a, i)| std::array::from_fn(|c| a[c] * i[c]));
-        Ok(block_mean(&product.collect::<Vec<_>>(), truth.width, 4, Some(&mask)))
+        albedo.iter().zip(&light).map(|(a, i)| std::array::from_fn(|c| a[c] * i[c])).collect()
     };
-    let (own, wanted) = (light(image)?, light(truth)?);
-    let mean = |blocks: &[[f32; 3]]| {
-        blocks.iter().flatten().map(|&v| f64::from(v)).sum::<f64>() / (3 * blocks.len().max(1)) as f64
-    };
-    // The floor is that of every relMSE here: a tenth of the mean, squared.
-    let floor = 0.01 * mean(&wanted).powi(2);
-    let error = |(own, wanted): (&[f32; 3], &[f32; 3])| {
-        (0..3).map(|c| f64::from(own[c] - wanted[c]).powi(2) / (f64::from(wanted[c]).powi(2) + floor)).sum::<f64>()
-            / 3.0
-    };
-    let mut errors: Vec<f64> = own.iter().zip(&wanted).map(error).collect();
-    errors.sort_by(f64::total_cmp);
-    let average = |part: &[f64]| part.iter().sum::<f64>() / part.len().max(1) as f64;
-    let most = errors.len() * 98 / 100;
-    Ok([average(&errors), errors[errors.len() / 2], average(&errors[..most]), mean(&own) / mean(&wanted)])
+    let (own, wanted) = (light(image), light(truth));
+    let pair = LinearPair::new(&own, &wanted, Some(&mask));
+    Ok([block_rel_mse(&pair, truth.width), mean(&own, Some(&mask)) / mean(&wanted, Some(&mask))])
 }

@@ -279,6 +279,11 @@ impl CompiledGraph {
         &self.plan
     }
 
+    /// Whether some pass depends on results of the previous frame: see [`FramePlan::has_history`].
+    pub fn has_history(&self) -> bool {
+        self.dependencies.have_history()
+    }
+
     /// A texture of the plan after the last frame. A history returns another texture after every frame.
     pub fn texture(&self, id: ResourceId) -> Option<&wgpu::Texture> {
         self.textures[resolve_history(&self.plan, id, self.frame_state().ping_pong).0].as_ref()

@@ -381,7 +381,7 @@ impl FramePlan {
 
     /// Whether some pass depends on results of the previous frame.
     pub fn has_history(&self) -> bool {
-        Dependencies::of(self).direct.iter().any(|direct| direct.contains(&Dependency::History))
+        Dependencies::of(self).have_history()
     }
 
     /// Adds a buffer with contents.

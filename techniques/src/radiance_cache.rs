@@ -35,6 +35,7 @@ use halflight_renderer::{
     },
     parameters,
     parameters::{Settings, SettingsError},
+    scene::SceneFacts,
 };
 
 choice! {
@@ -94,15 +95,33 @@ const RAY_BYTES: u64 = 64;
 const SLOTS_PER_RECORD: f32 = 5.0;
 /// Slots for records that only hits refer to.
 const SLOTS_OF_HITS: u32 = 18 << 10;
-/// Width of the squares of pixels of which one is looked at in a frame: radiance_cache/squares.wgsl.
+/// Width of the squares of pixels of which one is looked at in a frame. Twin of `SQUARE` in radiance_cache/squares.wgsl.
 const SQUARE: u32 = 4;
 /// Unit of the grid, as a share of the scene's diagonal. Only its ratio to a power of two matters.
 const UNIT: f32 = 1.0 / 4096.0;
+
+/// Least width of records that hits refer to, as a share of what is looked at.
+const HIT_WIDTH: f32 = 1.0 / 32.0;
+/// Further rays of a frame for new records, relative to the budget.
+const NEW_RAYS: f32 = 3.0;
 
 /// Number of slots of the table.
 fn slots([width, height]: [u32; 2], spacing: f32) -> u32 {
     let records = width as f32 * height as f32 / (spacing * spacing);
     (SLOTS_OF_HITS + (SLOTS_PER_RECORD * records) as u32).next_multiple_of(64).min(1 << 20)
+}
+
+/// `Grid` of radiance_cache/cells.wgsl.
+fn grid(scene: &SceneFacts, parameters: &RadianceCache) -> Vec<u8> {
+    let (low, high) = scene.extent.scene;
+    let least = f32::MIN_POSITIVE * 1e10;
+    let unit = UNIT * low.distance(high).max(least);
+    let focus = Vec3::from(scene.bounds[0]).distance(scene.bounds[1].into());
+    let level_of_hits = (HIT_WIDTH * focus / unit).max(f32::MIN_POSITIVE).log2().round() as i32;
+    let size = (high - low).max_element().max(least);
+    let sizes = [unit, parameters.spacing, parameters.trusted].map(f32::to_bits);
+    let scene_box = [low.x, low.y, low.z, size].map(f32::to_bits);
+    sizes.into_iter().chain([level_of_hits as u32]).chain(scene_box).flat_map(u32::to_le_bytes).collect()
 }
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
@@ -115,17 +134,9 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     };
     let level = pyramid(plan, inputs, false, parameters.start_resolution.divisor(), 0).remove(0);
     let slots = slots(plan.display_size, parameters.spacing);
-    let scale = level.scale as f32;
     let (low, high) = scene.extent.scene;
     let diagonal = low.distance(high).max(f32::MIN_POSITIVE * 1e10);
-    let unit = diagonal * UNIT;
-    let focus = Vec3::from(scene.bounds[0]).distance(scene.bounds[1].into());
-    let level_of_hits = (HIT_WIDTH * focus / unit).max(f32::MIN_POSITIVE).log2().round() as i32;
-    let size = (high - low).max_element().max(f32::MIN_POSITIVE * 1e10);
-    let words = [unit, parameters.spacing, parameters.trusted].map(f32::to_bits);
-    let box_words = [low.x, low.y, low.z, size].map(f32::to_bits);
-    let words = words.into_iter().chain([level_of_hits as u32]).chain(box_words);
-    let grid = plan.data("grid", words.flat_map(u32::to_le_bytes).collect(), "sizes of cells");
+    let grid = plan.data("grid", grid(scene, &parameters), "sizes of cells");
     let mut buffer = |name: &str, bytes: u64, reason: &str| plan.buffer(name, bytes, reason);
     let each = u64::from(slots);
     let cells = buffer("cells", each * CELL_BYTES, "table of records by their cells");
@@ -140,7 +151,6 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let rays = buffer("rays", u64::from(most_rays) * RAY_BYTES, "rays of this frame");
     let counters = buffer("counters", 32, "numbers of the whole cache");
     let over_slots = [slots, 1];
-    let plan_size = plan.display_size;
     let lights = scene.needs.lights as u32;
     let shadows = plan_shadow_maps(plan, scene, settings)?;
     let lamps = shadows.map(|shadows| (plan.changing_scene_buffer("scene.lights", "the scene's lights"), shadows));
@@ -150,16 +160,15 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     plan.pass(Part::Technique, "sweep", run).because("removes records that nothing refers to").over(over_slots);
 
     let &Inputs { depth, normal, .. } = inputs;
+    let squares = plan.display_size.map(|v| v.div_ceil(SQUARE));
     let run = Seek { depth, normal, grid, cells, records, counters };
-    plan.pass(Part::Technique, "seek", run)
-        .because("records of what the camera sees")
-        .over(plan_size.map(|v| v.div_ceil(SQUARE)));
+    plan.pass(Part::Technique, "seek", run).because("records of what the camera sees").over(squares);
 
-    let run = Weigh { cells, records, counters, totals };
+    let run = Weigh { cells, records, counters };
     plan.pass(Part::Technique, "weigh", run).because("records with few rays get more").over(over_slots);
 
     let params = draw::Params { budget: parameters.rays as f32, budget_of_new: NEW_RAYS * parameters.rays as f32 };
-    let run = Draw { cells, records, counters, rays, totals, params };
+    let run = Draw { cells, records, counters, rays, params };
     plan.pass(Part::Technique, "draw", run).because(format!("{} rays a frame", parameters.rays)).over(over_slots);
 
     if scene.animated() {
@@ -224,8 +233,15 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     }
 
     let gathered = plan.texture("gathered", level.size, Format::Rgba32Float, "light of the records");
-    let run =
-        Resolve { grid, cells, counters, totals, surfels: level.surfels, gathered, params: resolve::Params { scale } };
+    let run = Resolve {
+        grid,
+        cells,
+        counters,
+        totals,
+        surfels: level.surfels,
+        gathered,
+        params: resolve::Params { scale: level.scale as f32 },
+    };
     plan.pass(Part::Technique, "resolve", run).because("light of the records at each surfel").over(level.size);
     let light = denoised(plan, &level, gathered, parameters.denoise);
     if level.scale != 2 {
@@ -238,8 +254,8 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let run = UpsampleLinear {
         coarse_surfels: level.surfels,
         indirect,
-        depth: inputs.depth,
-        normal: inputs.normal,
+        depth,
+        normal,
         float16,
         ambient_visibility: false,
         packed: false,
@@ -251,8 +267,3 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         .over(level.size.map(|v| v + 1));
     Ok(Some(indirect))
 }
-
-/// Least width of records that hits refer to, as a share of what is looked at.
-const HIT_WIDTH: f32 = 1.0 / 32.0;
-/// Further rays of a frame for new records, relative to the budget.
-const NEW_RAYS: f32 = 3.0;

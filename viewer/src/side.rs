@@ -384,7 +384,7 @@ impl Side {
 
     /// Whether a frame depends on earlier frames.
     fn has_history(&self) -> bool {
-        self.graph.plan().has_history()
+        self.graph.has_history()
     }
 
     /// Why each pass ran in the last frame; `None` for passes that did not run.

@@ -124,6 +124,11 @@ impl Dependencies {
         Self { direct, leads_to: leads_to.into_iter().map(|next| next.into_iter().collect()).collect() }
     }
 
+    /// Whether some pass depends on results of the previous frame.
+    pub(crate) fn have_history(&self) -> bool {
+        self.direct.iter().any(|direct| direct.contains(&Dependency::History))
+    }
+
     /// Adds to `due`, which has the passes of `first`, all that must run with them.
     pub(crate) fn spread(&self, due: &mut [Option<Cause>], first: &mut Vec<usize>) {
         while let Some(pass) = first.pop() {

@@ -16,11 +16,6 @@ pub struct PlannedBvh {
     pub attributes: ResourceId,
 }
 
-/// Whether the plan traces rays through the scene's triangles.
-pub fn traces_rays(plan: &FramePlan) -> bool {
-    plan.resources.iter().any(|resource| resource.name == BVH_NODES)
-}
-
 /// The BVH of the scene.
 pub fn plan_bvh(plan: &mut FramePlan) -> PlannedBvh {
     let mut texture = |name| plan.scene_buffer(name, "rays through the scene's triangles");

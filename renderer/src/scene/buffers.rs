@@ -183,8 +183,7 @@ impl SceneBuffers {
     /// # Errors
     /// If the plan traces rays and the scene's BVH is too deep or too large for the device.
     pub fn prepare(&self, gpu: &Gpu, scene: &Scene, plan: &FramePlan) -> Result<(), BvhError> {
-        let traces = plan.resources.iter().any(|resource| resource.name == BVH_NODES);
-        if traces { self.bvh(gpu, scene).map(|_| ()) } else { Ok(()) }
+        if traces_rays(plan) { self.bvh(gpu, scene).map(|_| ()) } else { Ok(()) }
     }
 
     /// Updates lights that moved or changed their brightness. Returns false and changes nothing if their number
@@ -257,6 +256,11 @@ impl Provider for SceneBuffers {
 pub(crate) const BVH_NODES: &str = "scene.bvh_nodes";
 pub(crate) const BVH_TRIANGLES: &str = "scene.bvh_triangles";
 pub(crate) const BVH_ATTRIBUTES: &str = "scene.bvh_attributes";
+
+/// Whether a plan traces rays through the scene's triangles.
+pub fn traces_rays(plan: &FramePlan) -> bool {
+    plan.resources.iter().any(|resource| resource.name == BVH_NODES)
+}
 
 /// Names of the scene's triangles in plans.
 pub mod triangles {

@@ -18,7 +18,7 @@ mod size;
 pub(crate) mod texel_pool;
 
 pub(crate) use buffers::{BVH_ATTRIBUTES, BVH_NODES, BVH_TRIANGLES};
-pub use buffers::{SceneBuffers, triangles};
+pub use buffers::{SceneBuffers, traces_rays, triangles};
 pub use bvh::{BvhError, SceneBvh};
 pub use emitters::EmittingTriangle;
 pub use facts::SceneFacts;

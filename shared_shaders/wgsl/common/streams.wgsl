@@ -52,12 +52,22 @@ const AMBIENT_VISIBILITY_STREAM: u32 = 3077u;
 /// Hybrid, directions drawn from the mirror lobe: 1 stream.
 const REFLECTION_STREAM: u32 = 3078u;
 
-/// Radiance cache, which pixels are looked at: 2 streams.
-const CACHE_SEEK_STREAM: u32 = 3079u;
+/// Radiance cache, the square of pixels that stands for a cell: 1 stream.
+const CACHE_SQUARE_STREAM: u32 = 3079u;
+/// Radiance cache, the pixel that stands for a square: 1 stream.
+const CACHE_PIXEL_STREAM: u32 = 3080u;
 /// Radiance cache, rounding of the shares of rays: 1 stream.
 const CACHE_SHARE_STREAM: u32 = 3081u;
 /// Radiance cache, interpolation between cells: 2 streams.
 const CACHE_RESOLVE_STREAM: u32 = 3082u;
+/// Radiance cache, directions of rays: 1 stream.
+const CACHE_DIRECTION_STREAM: u32 = 3084u;
+/// Radiance cache, the hit that stands for a cell: 1 stream.
+const CACHE_HIT_STREAM: u32 = 3085u;
+/// Radiance cache, rounding of albedos: 1 stream.
+const CACHE_ALBEDO_STREAM: u32 = 3086u;
+/// Radiance cache, directions to the sky: 1 stream.
+const CACHE_SKY_STREAM: u32 = 3087u;
 
 /// RSM technique: one stream a map, from here.
 const RSM_STREAM: u32 = 4096u;

@@ -7,8 +7,7 @@ import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(packed && !ambient_visibility) import package::common::surfel::surfel_radiance;
 @if(float16) import package::common::math::LARGEST_FLOAT16;
-@if(records) import package::radiance_cache::cells::{level_at, place_of};
-@if(records) import package::radiance_cache::light::{light_of_cell, light_of_hits};
+@if(records) import package::radiance_cache::light::light_of_surface;
 import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN_WEIGHT, NEARER};
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -20,7 +19,7 @@ import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN
 @group(0) @binding(4) var depth: texture_2d<f32>;
 @group(0) @binding(5) var normal: texture_2d<f32>;
 
-/// Weight of the parents below which a pixel looks for its own record: that of the nearest parent alone, half matching.
+/// Weight of the parents below which a pixel looks for its own record: almost that of the nearest parent alone.
 @if(records)
 const LEAST_WEIGHT: f32 = 0.5;
 
@@ -100,11 +99,7 @@ fn write_pixel(texel: vec2i, tolerance: f32, nearest: Parent, across: Parent, do
         if weight < LEAST_WEIGHT && d > SKY_DEPTH {
             let position = (view.view_to_world * vec4f(view_position(uv, d, view.tan_half_fov), 1.0)).xyz;
             let world_normal = normalize((view.view_to_world * vec4f(n, 0.0)).xyz);
-            let level = level_at(d, view);
-            var own = light_of_cell(place_of(position, world_normal, level));
-            if own.w == 0.0 {
-                own = light_of_hits(position, world_normal, d, view);
-            }
+            let own = light_of_surface(position, world_normal, d, view);
             result = select(result, own.rgb, own.w > 0.0);
         }
     }

@@ -1,7 +1,7 @@
-// Further bounces: the mean over the links of a record of what their targets reflect. Each frame adds a bounce.
+// Further bounces: the mean over the links of a record of what their hits reflect. Each frame adds a bounce.
 import package::common::math::LARGEST_RADIANCE;
 import package::radiance_cache::cells::{NO_SLOT, LIFETIME, cells, records};
-import package::radiance_cache::counters::{counters, stamp};
+import package::radiance_cache::counters::stamp;
 import package::radiance_cache::links::{albedo_of, links};
 
 @group(0) @binding(2) var<storage, read> totals: array<vec4f>;
@@ -13,21 +13,21 @@ override LINKS: u32;
 /// than LIFETIME.
 const AGE_OF_LINKS: u32 = 8u;
 
-/// Frames in which every record has its turn.
-const TURNS: u32 = 4u;
-
 @compute @workgroup_size(64)
 fn bounce(@builtin(global_invocation_id) id: vec3u) {
     let slot = id.x;
     if slot >= arrayLength(&cells) || atomicLoad(&cells[slot].fingerprint) == 0u {
         return;
     }
-    // The targets of an old record may be gone.
     let seen = atomicLoad(&cells[slot].seen);
     if stamp() - seen + AGE_OF_LINKS >= LIFETIME {
-        return;
+        // The records that its links refer to are removed before this one. It may be seen again before it is removed.
+        records[slot].links = 0u;
     }
     let count = min(records[slot].links, LINKS);
+    if count == 0u {
+        return;
+    }
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
         let link = links[slot * LINKS + i];
@@ -39,5 +39,5 @@ fn bounce(@builtin(global_invocation_id) id: vec3u) {
             }
         }
     }
-    records[slot].bounced = min(sum / f32(max(count, 1u)), vec3f(LARGEST_RADIANCE));
+    records[slot].bounced = min(sum / f32(count), vec3f(LARGEST_RADIANCE));
 }

@@ -73,7 +73,8 @@ struct Grid {
 
 const BUCKET: u32 = 8u;
 const NO_SLOT: u32 = 0xffffffffu;
-/// Coarser levels that collect the light of the records in the picture.
+/// Coarser levels that collect the light of the records in the picture. `light_of_cell` and the number of runs of
+/// collect.wgsl follow from it.
 const COARSER_LEVELS: u32 = 3u;
 /// Bit of bins for records that only hits refer to.
 const HITS: u32 = 128u;
@@ -132,6 +133,11 @@ fn place_of_hit(position: vec3f, normal: vec3f, level: i32) -> Place {
     return Place(place.coordinates, (place.level_and_bin & ~255u) | HITS | ((place.level_and_bin & 255u) / 9u));
 }
 
+/// The cell of a record.
+fn place_of_slot(slot: u32) -> Place {
+    return Place(records[slot].coordinates, records[slot].level_and_bin);
+}
+
 fn level_of(level_and_bin: u32) -> i32 {
     return i32(level_and_bin >> 8u) - LEVEL_BIAS;
 }
@@ -141,7 +147,7 @@ fn parent_of(place: Place) -> Place {
     return Place(place.coordinates >> vec3u(1u), place.level_and_bin + 256u);
 }
 
-/// Three random words of a cell: two for its position in the table.
+/// Three random words of a cell. The first two are its position in the table.
 fn hash_of(place: Place) -> vec3u {
     return pcg3d(pcg3d(bitcast<vec3u>(place.coordinates)) ^ vec3u(place.level_and_bin));
 }
@@ -183,7 +189,10 @@ fn find_or_insert(place: Place) -> u32 {
         while before == 0u {
             let result = atomicCompareExchangeWeak(&cells[slot].fingerprint, 0u, fingerprint);
             if result.exchanged {
-                records[slot] = Record(place.coordinates, place.level_and_bin, vec3f(), 0u, vec3f(), 0.0, vec3f(), 0u, vec3f(), 0u);
+                var record = Record();
+                record.coordinates = place.coordinates;
+                record.level_and_bin = place.level_and_bin;
+                records[slot] = record;
                 return slot;
             }
             before = result.old_value;

@@ -1,6 +1,6 @@
 // Coarse records collect the light of their children: the mean over all rays. One run serves the even or the odd levels.
 import package::radiance_cache::counters::stamp;
-import package::radiance_cache::cells::{NO_SLOT, Place, cells, light_of_record, records, find, level_of};
+import package::radiance_cache::cells::{NO_SLOT, Place, cells, find, level_of, light_of_record, place_of_slot, records};
 
 struct Params {
     // 0 for even levels, 1 for odd ones.
@@ -16,7 +16,7 @@ fn collect(@builtin(global_invocation_id) id: vec3u) {
     if slot >= arrayLength(&cells) || atomicLoad(&cells[slot].parent) != stamp() {
         return;
     }
-    let place = Place(records[slot].coordinates, records[slot].level_and_bin);
+    let place = place_of_slot(slot);
     if (u32(level_of(place.level_and_bin)) & 1u) != params.parity {
         return;
     }

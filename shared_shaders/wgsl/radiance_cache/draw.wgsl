@@ -2,7 +2,7 @@
 import package::common::math::random_words;
 import package::common::streams::CACHE_SHARE_STREAM;
 import package::common::view::View;
-import package::radiance_cache::cells::{cells, records};
+import package::radiance_cache::cells::{cells, hash_of, place_of_slot, records};
 import package::radiance_cache::counters::counters;
 import package::radiance_cache::links::rays;
 import package::radiance_cache::weight::{FIRST_RAYS, is_new, weight_of};
@@ -16,7 +16,6 @@ struct Params {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
-@group(0) @binding(2) var<storage, read> totals: array<vec4f>;
 
 /// Most rays of a record in a frame.
 const MOST: f32 = 64.0;
@@ -27,26 +26,18 @@ fn draw(@builtin(global_invocation_id) id: vec3u) {
     if slot >= arrayLength(&cells) {
         return;
     }
-    let fingerprint = atomicLoad(&cells[slot].fingerprint);
     records[slot].rays = 0u;
-    if fingerprint == 0u {
-        return;
-    }
-    // A record of hits has no position before one was chosen.
-    let pixel = atomicLoad(&cells[slot].pixel);
-    let weight = weight_of(pixel != 0u, records[slot].samples, totals[slot].w);
-    let has_position = pixel != 0u || records[slot].normal != 0u;
-    if weight == 0u || !has_position {
+    let weight = weight_of(slot);
+    if weight == 0u {
         return;
     }
     var share = min(params.budget * f32(weight) / f32(max(atomicLoad(&counters.weights), 1u)), MOST);
-    if is_new(pixel != 0u, records[slot].samples) {
+    if is_new(slot) {
         let each = params.budget_of_new / f32(max(atomicLoad(&counters.new_records), 1u));
         share = max(share, min(each, FIRST_RAYS));
     }
     // The random number belongs to the cell, so that it does not depend on the order in which slots were taken.
-    let place = records[slot].coordinates;
-    let words = random_words(vec2u(fingerprint, u32(place.x)), view.frame, CACHE_SHARE_STREAM, view.seed);
+    let words = random_words(hash_of(place_of_slot(slot)).xy, view.frame, CACHE_SHARE_STREAM, view.seed);
     let count = u32(share + f32(words.x >> 8u) * 5.9604644775390625e-8);
     if count == 0u {
         return;

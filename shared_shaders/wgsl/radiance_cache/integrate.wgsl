@@ -27,7 +27,7 @@ fn relit(slot: u32, count: u32) -> vec3f {
         if link.surface == NO_SURFACE {
             continue;
         }
-        let position = unpack_position(link.words);
+        let position = unpack_position(link.position);
         let normal = normal_of(link.surface);
         var irradiance = vec3f(0.0);
         for (var light = 0u; light < LIGHTS; light++) {

@@ -1,7 +1,7 @@
 // Light of the records at a surface.
 import package::common::view::View;
 import package::radiance_cache::cells::{
-    COARSER_LEVELS, NO_SLOT, Place, find, grid, level_of_hits_at, parent_of, place_of_hit,
+    COARSER_LEVELS, NO_SLOT, Place, find, grid, level_at, level_of_hits_at, parent_of, place_of, place_of_hit,
 };
 
 // Mean incident light of each record and, in w, the number of its rays: with all bounces, and with the records inside.
@@ -23,7 +23,11 @@ fn light_of_cell(place: Place) -> vec4f {
     return light;
 }
 
-/// Light at a surface that has no record: that of a record that hits refer to, otherwise black.
-fn light_of_hits(position: vec3f, normal: vec3f, distance: f32, view: View) -> vec4f {
+/// Light at a surface: that of its own cell, otherwise of a record that hits refer to; w is 0 without any.
+fn light_of_surface(position: vec3f, normal: vec3f, distance: f32, view: View) -> vec4f {
+    let own = light_of_cell(place_of(position, normal, level_at(distance, view)));
+    if own.w > 0.0 {
+        return own;
+    }
     return light_of_cell(place_of_hit(position, normal, level_of_hits_at(distance, view)));
 }

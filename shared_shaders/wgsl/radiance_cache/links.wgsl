@@ -5,7 +5,7 @@ import package::radiance_cache::cells::grid;
 /// What a ray has hit, in 128 bits.
 struct Link {
     // Position in the box of the scene, 3 x 21 bits.
-    words: vec2u,
+    position: vec2u,
     // Normal, octahedral, 2 x 8 bits | square root of the albedo, 3 x 5 bits; NO_SURFACE for the sky.
     surface: u32,
     // Slot of the record whose light the hit reflects; NO_SLOT if there is none.

@@ -6,7 +6,7 @@ import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
 import package::radiance_cache::cells::{NO_SLOT, find, level_at, cell_width, place_of};
 import package::radiance_cache::counters::counters;
-import package::radiance_cache::light::{light_of_cell, light_of_hits};
+import package::radiance_cache::light::{light_of_cell, light_of_surface};
 
 struct Params {
     // Width of a surfel in full-resolution pixels.
@@ -47,10 +47,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
             light = light_of_cell(near);
         }
         if light.w == 0.0 {
-            light = light_of_cell(place_of(position, normal, level));
-        }
-        if light.w == 0.0 {
-            light = light_of_hits(position, normal, depth, view);
+            light = light_of_surface(position, normal, depth, view);
         }
     }
     textureStore(gathered, id.xy, vec4f(light.rgb, 1.0));

@@ -1,10 +1,10 @@
 // Finds or makes the records of what the camera sees: one pixel of every square of 4 x 4 is looked at in each frame.
 import package::common::math::random_words;
-import package::common::streams::CACHE_SEEK_STREAM;
+import package::common::streams::CACHE_SQUARE_STREAM;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::radiance_cache::cells::{COARSER_LEVELS, NO_SLOT, cells, find_or_insert, level_at, parent_of, place_of};
 import package::radiance_cache::counters::stamp;
-import package::radiance_cache::squares::pixel_of_square;
+import package::radiance_cache::squares::{SQUARE, pixel_of_square, squares_across};
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(2) var depth: texture_2d<f32>;
@@ -13,7 +13,7 @@ import package::radiance_cache::squares::pixel_of_square;
 @compute @workgroup_size(8, 8)
 fn seek(@builtin(global_invocation_id) id: vec3u) {
     let size = textureDimensions(depth);
-    if any(id.xy * 4u >= size) {
+    if any(id.xy * SQUARE >= size) {
         return;
     }
     let pixel = pixel_of_square(id.xy, size, view);
@@ -27,9 +27,10 @@ fn seek(@builtin(global_invocation_id) id: vec3u) {
     var place = place_of(position, world_normal, level_at(d, view));
     var slot = find_or_insert(place);
     if slot != NO_SLOT {
-        // The square and the pixel inside follow from the frame number, so that 24 bits are enough.
-        let number = id.y * ((size.x + 3u) / 4u) + id.x + 1u;
-        atomicMax(&cells[slot].pixel, (random_words(id.xy, view.frame, CACHE_SEEK_STREAM, view.seed).z & 0xff000000u) | (number & 0xffffffu));
+        // One of the squares whose pixels are inside is chosen at random. The pixel follows from the square.
+        let random = random_words(id.xy, view.frame, CACHE_SQUARE_STREAM, view.seed).z;
+        let number = id.y * squares_across(size.x) + id.x + 1u;
+        atomicMax(&cells[slot].pixel, (random & 0xff000000u) | (number & 0xffffffu));
     }
     // Coarser levels collect the light of the finer ones.
     for (var i = 0u; i <= COARSER_LEVELS; i++) {

@@ -14,6 +14,6 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
     if source == NO_SLOT || atomicLoad(&cells[source].hit) != rays[number].random {
         return;
     }
-    records[source].position = unpack_position(rays[number].link.words);
+    records[source].position = unpack_position(rays[number].link.position);
     records[source].normal = pack2x16snorm(octahedral_encode(normal_of(rays[number].link.surface)));
 }

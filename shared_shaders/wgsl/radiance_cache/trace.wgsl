@@ -1,8 +1,9 @@
 // variants: lit, environment
 // Traces the rays of this frame and finds the light at their ends.
-import package::common::math::{LARGEST_RADIANCE, PI, octahedral_decode, pcg3d};
+import package::common::math::{LARGEST_RADIANCE, PI, octahedral_decode, random3, random_words};
 import package::common::hemisphere::cosine_direction;
-@if(environment) import package::common::streams::CACHE_SHARE_STREAM;
+import package::common::streams::{CACHE_ALBEDO_STREAM, CACHE_DIRECTION_STREAM, CACHE_HIT_STREAM};
+@if(environment) import package::common::streams::CACHE_SKY_STREAM;
 import package::common::view::{View, uv_of_texel, view_position};
 @if(environment) import package::truth::sky::{draw_sky, sky_density, sky_radiance};
 @if(lit) import package::common::scene::Light;
@@ -10,10 +11,10 @@ import package::common::view::{View, uv_of_texel, view_position};
 import package::truth::surface::{surface_at, ray_from};
 import package::truth::traversal::{FAR, Ray, traverse};
 import package::radiance_cache::cells::{
-    NO_SLOT, cells, records, find_or_insert, level_of_hits_at, place_of_hit,
+    NO_SLOT, cells, records, find_or_insert, hash_of, level_of_hits_at, place_of_hit, place_of_slot,
 };
 import package::radiance_cache::counters::{counters, stamp};
-import package::radiance_cache::squares::pixel_of_square;
+import package::radiance_cache::squares::{pixel_of_square, squares_across};
 import package::radiance_cache::links::{NO_SURFACE, Link, pack_position, pack_surface, rays};
 
 struct Params {
@@ -21,7 +22,8 @@ struct Params {
     scene_radius: f32,
 }
 
-// Bindings 2 and 3 of traversal are 2 and 3, of surface 5, of cells 10 and 11, and so on.
+// Bindings 1 to 3 belong to truth::traversal, 5 to truth::surface, 8 to truth::sky, 9 to 14 to modules of this folder, 20 to 22
+// to common.
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(4) var<uniform> params: Params;
 @group(0) @binding(6) var depth: texture_2d<f32>;
@@ -48,7 +50,7 @@ fn origin_of(slot: u32) -> Origin {
         return Origin(records[slot].position, octahedral_decode(unpack2x16snorm(records[slot].normal)));
     }
     let size = textureDimensions(depth);
-    let across = (size.x + 3u) / 4u;
+    let across = squares_across(size.x);
     let pixel = pixel_of_square(vec2u((square - 1u) % across, (square - 1u) / across), size, view);
     let d = textureLoad(depth, pixel, 0).x;
     let in_view = view_position(uv_of_texel(pixel, 1.0, view.display_size), d, view.tan_half_fov);
@@ -87,12 +89,12 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     }
     let slot = rays[number].slot;
     let index = rays[number].index + records[slot].links;
-    let place = records[slot].coordinates;
-    let key = pcg3d(pcg3d(bitcast<vec3u>(place)) ^ vec3u(records[slot].level_and_bin, view.seed, 1u));
-    let words = pcg3d(vec3u(key.z, index, view.frame));
-    let random = max(words.x, 1u);
+    // Random numbers belong to the cell, so that they do not depend on the order in which slots were taken.
+    let cell = hash_of(place_of_slot(slot)).xy;
+    let start = random_words(cell, 0u, CACHE_DIRECTION_STREAM, view.seed).xy;
+    let random = max(random_words(cell, index, CACHE_HIT_STREAM, view.seed).x, 1u);
     let origin = origin_of(slot);
-    let direction = cosine_direction(origin.normal, sample_at(key.xy, index));
+    let direction = cosine_direction(origin.normal, sample_at(start, index));
     let ray = ray_from(origin.position, origin.normal, direction, params.scene_radius);
     let hit = traverse(ray, FAR, false, HOLES);
     var link = Link(vec2u(0u), NO_SURFACE, NO_SLOT);
@@ -101,7 +103,7 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     var own_light = vec3f(0.0);
     @if(environment) {
         if DRAW_SKY {
-            own_light = sky_by_power(origin, pcg3d(vec3u(words.yz, CACHE_SHARE_STREAM)).xy);
+            own_light = sky_by_power(origin, random_words(cell, index, CACHE_SKY_STREAM, view.seed).xy);
         }
     }
     if hit.distance == FAR {
@@ -117,11 +119,11 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
         let surface = surface_at(hit, ray);
         if surface.sends {
             own_light += surface.emission;
-            link.words = pack_position(surface.position);
+            link.position = pack_position(surface.position);
             link.surface = pack_surface(
                 surface.geometric_normal,
                 surface.albedo,
-                vec3f(vec3u(words.y, words.z, words.y ^ words.z) >> vec3u(8u)) * 5.9604644775390625e-8,
+                random3(cell, index, CACHE_ALBEDO_STREAM, view.seed),
             );
             @if(lit) {
                 var sum = vec3f(0.0);

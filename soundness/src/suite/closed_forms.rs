@@ -5,11 +5,11 @@ use halflight_evaluator::{
     Error,
     experiment::session::{Frames, Request, Session},
 };
-use halflight_renderer::gi::{bvh::traces_rays, rsm::has_reflective_shadow_maps};
 use halflight_renderer::{
     gi::Technique,
     parameters::{Kind, Settings, Value},
 };
+use halflight_renderer::{gi::rsm::has_reflective_shadow_maps, scene::traces_rays};
 use halflight_scenes::Scene;
 
 use super::Suite;

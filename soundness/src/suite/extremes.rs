@@ -9,11 +9,11 @@ use halflight_evaluator::{
     experiment::session::{Frames, Request, Session},
 };
 use halflight_frame_graph::non_finite::ValueCounts;
-use halflight_renderer::gi::{bvh::traces_rays, rsm::has_reflective_shadow_maps};
 use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, check_settings},
 };
+use halflight_renderer::{gi::rsm::has_reflective_shadow_maps, scene::traces_rays};
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Material, MemoryFiles, Motion, Scene, load_scene};
 use halflight_techniques::parameters_of;
 

@@ -7,11 +7,14 @@ use halflight_evaluator::{
     experiment::session::{Frames, Request, Session},
 };
 use halflight_native::images::{Rgb, luminance};
-use halflight_renderer::gi::{bvh::traces_rays, rsm::has_reflective_shadow_maps, scene_voxels::has_scene_voxels};
 use halflight_renderer::{
     gi::Technique,
     parameters::{Kind, Settings, Value},
     plan_technique_of_scene,
+};
+use halflight_renderer::{
+    gi::{rsm::has_reflective_shadow_maps, scene_voxels::has_scene_voxels},
+    scene::traces_rays,
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Mesh, Motion, Scene};
 

@@ -145,17 +145,25 @@ fn an_even_sky_is_exact_from_the_first_frame() {
     }
 }
 
-/// A camera that looks away for longer than links are kept, and back before its records are removed.
+/// The camera looks away from a corner, to a floor from which no ray hits anything, until the records of the corner are
+/// removed.
 #[test]
 fn links_refer_to_the_records_of_what_they_hit() {
-    let mut scene = bundled("cornell");
-    let (eye, ahead) = (scene.camera.eye, scene.camera.target);
-    let key = |frame, target| CameraKeyframe { frame, eye, target, cut: false };
-    let aside = [eye[0] + 2.0, eye[1], eye[2] - 2.0];
-    let keys = [key(0, ahead), key(8, ahead), key(24, aside), key(70, aside), key(86, ahead), key(90, ahead)];
-    scene.moves.camera = keys.to_vec();
+    let floor = |x: f32| scenes::quad(Vec3::new(x - 4.0, 0.0, 4.0), 8.0 * Vec3::X, -8.0 * Vec3::Z, 0);
+    let wall = scenes::quad(Vec3::new(-14.0, 0.0, -4.0), 8.0 * Vec3::X, 6.0 * Vec3::Y, 0);
+    let camera = Camera { eye: [0.0, 4.0, 14.0], target: [-10.0, 1.0, -2.0], ..Camera::default() };
+    let mut scene = Scene {
+        meshes: vec![floor(-10.0), wall, floor(10.0)],
+        materials: vec![scenes::grey(0.5)],
+        lights: vec![scenes::sun()],
+        camera,
+        ..Scene::default()
+    };
+    let key = |frame, x| CameraKeyframe { frame, eye: camera.eye, target: [x, 1.0, -2.0], cut: false };
+    scene.moves.camera = vec![key(0, -10.0), key(8, -10.0), key(16, 10.0), key(90, 10.0)];
     let session = Session::new(device(), &scene);
-    let mut frames = frames(&session, &request("radiance-cache", &[], [64, 48]));
+    // So few rays that most records of hits are not hit in every frame.
+    let mut frames = frames(&session, &request("radiance-cache", &[("rays", "128"), ("spacing", "2")], [64, 48]));
     for frame in 0..=90 {
         frames.run(frame).unwrap();
         let words = |name: &str| -> Vec<u32> {
@@ -175,7 +183,7 @@ fn links_refer_to_the_records_of_what_they_hit() {
                 checked += 1;
             }
         }
-        assert!(checked > 100 || frame < 2, "frame {frame}: only {checked} links");
+        assert!(checked > 20 || !(2..60).contains(&frame), "frame {frame}: only {checked} links");
     }
 }
 

@@ -1,4 +1,6 @@
-//! Numbers as a reader wants them.
+//! Numbers and settings as a reader wants them.
+
+use halflight_renderer::parameters::Settings;
 
 /// `value` with `digits` significant digits: plain between 0.0001 and a million, else with an exponent.
 pub fn number(value: f64, digits: usize) -> String {
@@ -19,6 +21,11 @@ pub fn number(value: f64, digits: usize) -> String {
     };
     // A typographic minus is as wide as a digit.
     if value < 0.0 { format!("−{text}") } else { text }
+}
+
+/// Settings in one line, for files and messages.
+pub fn settings(settings: &Settings) -> String {
+    settings.iter().map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>().join(" ")
 }
 
 /// A change in percent with its sign.

@@ -17,6 +17,7 @@ use crate::{
         session::{open_adapter, open_scene},
     },
     explain::{Explanation, Options},
+    format,
 };
 
 #[derive(Args)]
@@ -88,13 +89,13 @@ pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
     };
     let explanation = Explanation::measure(&native, &scene, &options)?;
     let [width, height] = args.size;
-    let settings: Vec<String> = options.settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
+    let settings = format::settings(&options.settings);
     let facts = [
         ("Command", args.invocation(technique.name, &options.settings).to_string()),
         ("Scene", scene.name.clone()),
         ("Size", format!("{width}x{height}")),
         ("Technique", technique.name.to_owned()),
-        ("Settings", if settings.is_empty() { "defaults".into() } else { settings.join(" ") }),
+        ("Settings", if settings.is_empty() { "defaults".into() } else { settings }),
         ("Direct light", args.direct.clone()),
         ("Frames", args.frames.to_string()),
         ("Samples a pixel of the reference", args.samples_per_pixel.to_string()),

@@ -19,6 +19,7 @@ use crate::{
         COMMIT, check_textures, reference,
         session::{Request, Session, open_adapter, open_scene_keeping},
     },
+    format,
 };
 
 #[derive(Args)]
@@ -104,7 +105,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     };
     let direct = traced.as_ref().map(|reference| reference.direct.as_slice());
     let command = args.invocation(technique.name, &settings).to_string();
-    let settings_line: Vec<String> = settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
+    let settings_line = format::settings(&settings);
     let mut frames = session.frames(&Request { technique, settings, size: args.size, seed: args.seed, direct })?;
     frames.plan().notes.iter().for_each(|note| terminal::note(format_args!("note: {note}")));
     // The first frame also compiles the pipelines; the last one is the one whose times count.
@@ -135,7 +136,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
             ("scene", scene.name.clone()),
             ("scene_hash", scene_hash(&scene).to_string()),
             ("technique", technique.name.to_owned()),
-            ("settings", settings_line.join(" ")),
+            ("settings", settings_line),
             ("camera", format!("{:?}", scene.pose(args.frame).camera)),
             ("frame", args.frame.to_string()),
             ("seed", args.seed.to_string()),

@@ -16,7 +16,6 @@ use halflight_native::{
 };
 use halflight_output::OutputFolder;
 use halflight_renderer::{
-    parameters::Settings,
     plan_technique_of_scene,
     scene::SceneFacts,
     truth::{Request as TruthRequest, Stop, Truth},
@@ -34,7 +33,7 @@ use super::{
     session::{Frames, Request, Session},
     temporal,
 };
-use crate::{Error, measurement::Measurement, report::Pictures};
+use crate::{Error, format, measurement::Measurement, report::Pictures};
 
 /// Frames of the scene's own passes. They are the same for all cells, so they are timed once.
 const SCENE_FRAMES: u32 = 5;
@@ -138,7 +137,7 @@ impl<'a> SceneRunner<'a> {
             self.subject.path.display(),
             self.scene_hash,
             cell.technique.name,
-            settings_text(&cell.settings),
+            format::settings(&cell.settings),
             self.wants_light(),
             self.wants_gloss(),
             info.name,
@@ -295,7 +294,7 @@ impl<'a> SceneRunner<'a> {
         let mut header = prepared.header.clone();
         header.extend([
             ("technique".to_owned(), cell.technique.name.to_owned()),
-            ("settings".to_owned(), settings_text(&cell.settings)),
+            ("settings".to_owned(), format::settings(&cell.settings)),
             ("command".to_owned(), command.clone()),
         ]);
         let file = Image { metadata: header, ..Image::new(size[0], size[1]) };
@@ -502,10 +501,6 @@ fn shaders_hash() -> Key {
         inputs.add_text(shader.name).add_text(shader.source);
     }
     inputs.key()
-}
-
-fn settings_text(settings: &Settings) -> String {
-    settings.iter().map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>().join(" ")
 }
 
 /// `albedo.R` -> `albedo`; the final image's channels and `Z` stand alone.

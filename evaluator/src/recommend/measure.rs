@@ -14,10 +14,7 @@ use halflight_native::{
     truth::TruthSource,
 };
 use halflight_recommend::{Cell, Measured, Outcome, Stage};
-use halflight_renderer::{
-    parameters::Settings,
-    truth::{Request as TruthRequest, Stop},
-};
+use halflight_renderer::truth::{Request as TruthRequest, Stop};
 use halflight_scenes::Scene;
 
 use crate::{
@@ -298,9 +295,4 @@ fn value(metric: &Metric, reference: &Reference, indirect: &[Rgb], image: &[Rgb]
 
 fn plotted(metric: &Metric, value: f64) -> f64 {
     metric.plot.as_ref().map_or(value, |plot| (plot.value)(value))
-}
-
-/// Settings in one line, for files and messages.
-pub(super) fn settings_text(settings: &Settings) -> String {
-    settings.iter().map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>().join(" ")
 }

@@ -7,8 +7,7 @@ use halflight_output::OutputFolder;
 use halflight_recommend::{Cell, Outcome};
 use serde::{Deserialize, Serialize};
 
-use super::measure::settings_text;
-use crate::Error;
+use crate::{Error, format};
 
 /// Name of the file.
 pub(super) const FILE: &str = "cells.json";
@@ -46,7 +45,7 @@ impl<'a> Store<'a> {
 
     /// What is known of a cell.
     pub(super) fn get(&self, cell: &Cell) -> Option<Outcome> {
-        let settings = settings_text(&cell.settings);
+        let settings = format::settings(&cell.settings);
         let same = |stored: &&Stored| {
             stored.technique == cell.technique.name && stored.settings == settings && stored.size == cell.size
         };
@@ -66,7 +65,7 @@ impl<'a> Store<'a> {
         }
         self.content.cells.push(Stored {
             technique: cell.technique.name.into(),
-            settings: settings_text(&cell.settings),
+            settings: format::settings(&cell.settings),
             size: cell.size,
             outcome: outcome.clone(),
         });

@@ -15,10 +15,10 @@ use halflight_frame_graph::Part;
 use halflight_metrics::{LinearPair, block_rel_mse, mean};
 use halflight_native::images::{Image, Precision, Rgb};
 use halflight_renderer::{
-    parameters::{Settings, Value},
+    parameters::{Settings, Value, check_settings},
     truth::{Request as TruthRequest, Stop},
 };
-use halflight_techniques::{invocation::parse_size, technique};
+use halflight_techniques::{invocation::parse_size, parameters_of, technique};
 
 #[derive(Parser)]
 struct Args {
@@ -58,8 +58,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut settings = Settings::new();
     for text in &args.set {
         let (key, value) = text.split_once('=').ok_or_else(|| format!("--set {text} has no value"))?;
-        settings.insert(key.to_owned(), Value::parse(value));
+        let key = if key.contains('.') { key.to_owned() } else { format!("{}.{key}", technique.name) };
+        settings.insert(key, Value::parse(value));
     }
+    check_settings(&settings, &parameters_of(technique))?;
     let settings = (technique.complete)(&settings)?;
     let truth = if args.no_reference {
         None
@@ -104,7 +106,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             sorted[sorted.len() / 2]
         });
         let taken = frames.read_buffer("cells")?.map_or(String::new(), |bytes| {
-            let cells = bytes.chunks_exact(24);
+            let cells = bytes.chunks_exact(28);
             let count = cells.len();
             let taken = cells.filter(|cell| cell[..4] != [0; 4]).count();
             format!("{taken} of {count}")

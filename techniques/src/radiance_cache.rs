@@ -8,16 +8,18 @@ use glam::Vec3;
 use halflight_shared_shaders::{
     hierarchical::upsample_linear::{self, UpsampleLinear},
     radiance_cache::{
-        bounce::{self, Bounce},
         collect::{self, Collect},
         draw::{self, Draw},
-        integrate::{self, Integrate},
+        fill::Fill,
+        mix_levels::MixLevels,
+        publish::Publish,
+        relight::{self, Relight},
         resolve::{self, Resolve},
         seek::Seek,
         settle::Settle,
         sweep::Sweep,
-        total::Total,
         trace::{self, Trace},
+        update::{self, Update},
         weigh::Weigh,
     },
 };
@@ -25,7 +27,6 @@ use wgpu::TextureFormat as Format;
 
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::{
-    choice,
     gi::{
         GBufferNeeds, Inputs, LightSources, Reach, StartResolution, Storage, Technique, UpsamplingKernel,
         bvh::plan_bvh,
@@ -38,27 +39,17 @@ use halflight_renderer::{
     scene::SceneFacts,
 };
 
-choice! {
-    /// Bounces of indirect light.
-    pub enum Bounces {
-        /// The first bounce: light that surfaces, emitters and the sky send after direct light.
-        First = "first",
-        /// All of them: each frame adds one.
-        All = "all",
-    }
-}
-
 parameters! {
     /// Parameters of the radiance cache.
     pub struct RadianceCache("radiance-cache") {
         /// Rays of a frame. All records share them.
-        rays: u32 = 8192, in 64..=131_072, unit "1", grid [2048, 8192, 32768], role Plan;
+        rays: u32 = 4096, in 64..=131_072, unit "1", grid [2048, 8192, 32768], role Plan;
         /// Width of a record on the screen.
         spacing: f32 = 8.0, in 2.0..=64.0, unit "px", grid [4.0, 8.0, 16.0], role Plan;
         /// Links that a record keeps, for changes of light and for further bounces.
-        links: u32 = 16, in 1..=256, unit "1", grid [16, 32], role Override;
-        /// Bounces of indirect light.
-        bounces: Bounces = Bounces::All, unit "", grid [Bounces::First, Bounces::All], role Plan;
+        links: u32 = 8, in 1..=256, unit "1", grid [8, 16], role Override;
+        /// Bounces of indirect light; 0 for all of them. Each frame adds one.
+        bounces: u32 = 0, in 0..=16, unit "1", grid [0, 1, 2], role Plan;
         /// Rays of a record at which it counts as much as the coarser ones around it.
         trusted: f32 = 16.0, in 0.001..=1e6, unit "1", grid [16.0], role Plan;
         /// Resolution at which records are interpolated.
@@ -84,9 +75,11 @@ pub const TECHNIQUE: Technique = Technique {
 
 /// Bytes of a record's cell, of the record and of its total: twins of `Cell`, `Record` and `totals` in
 /// radiance_cache/cells.wgsl.
-const CELL_BYTES: u64 = 24;
-const RECORD_BYTES: u64 = 80;
+const CELL_BYTES: u64 = 28;
+const RECORD_BYTES: u64 = 64;
 const TOTAL_BYTES: u64 = 16;
+/// Bytes of the numbers of the whole cache: twin of radiance_cache/counters.wgsl.
+const COUNTERS_BYTES: u64 = 48;
 /// Bytes of a link and of a ray with its link: twins of radiance_cache/links.wgsl.
 const LINK_BYTES: u64 = 16;
 const RAY_BYTES: u64 = 64;
@@ -97,13 +90,15 @@ const SLOTS_PER_RECORD: f32 = 5.0;
 const SLOTS_OF_HITS: u32 = 18 << 10;
 /// Width of the squares of pixels of which one is looked at in a frame. Twin of `SQUARE` in radiance_cache/squares.wgsl.
 const SQUARE: u32 = 4;
+/// Slots, or pixels, for each invocation of a pass over a list: an estimate, as each invocation takes what is left.
+const SHARE: u32 = 8;
 /// Unit of the grid, as a share of the scene's diagonal. Only its ratio to a power of two matters.
 const UNIT: f32 = 1.0 / 4096.0;
 
 /// Least width of records that hits refer to, as a share of what is looked at.
 const HIT_WIDTH: f32 = 1.0 / 32.0;
 /// Further rays of a frame for new records, relative to the budget.
-const NEW_RAYS: f32 = 3.0;
+const NEW_RAYS: f32 = 8.0;
 
 /// Number of slots of the table.
 fn slots([width, height]: [u32; 2], spacing: f32) -> u32 {
@@ -137,26 +132,31 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let (low, high) = scene.extent.scene;
     let diagonal = low.distance(high).max(f32::MIN_POSITIVE * 1e10);
     let grid = plan.data("grid", grid(scene, &parameters), "sizes of cells");
+    let pixels = plan.display_size.map(u64::from).iter().product::<u64>();
     let mut buffer = |name: &str, bytes: u64, reason: &str| plan.buffer(name, bytes, reason);
     let each = u64::from(slots);
     let cells = buffer("cells", each * CELL_BYTES, "table of records by their cells");
     let records = buffer("records", each * RECORD_BYTES, "incident light of surfaces in a cell");
-    let totals = buffer("totals", each * TOTAL_BYTES, "light of records with all bounces");
-    let all_bounces = parameters.bounces == Bounces::All;
-    let links = (all_bounces || scene.needs.lights > 0).then(|| {
+    let layers = 2 * u64::from(parameters.bounces.max(1));
+    let totals = buffer("totals", layers * each * TOTAL_BYTES, "light of records in this frame and in the last one");
+    let mixed = buffer("mixed", each * TOTAL_BYTES, "light of records, mixed with that of coarser ones");
+    let linked = parameters.bounces != 1;
+    let links = (linked || scene.needs.lights > 0).then(|| {
         buffer("links", each * u64::from(parameters.links) * LINK_BYTES, "what the newest rays of each record hit")
     });
     // The shares of the records are rounded at random, so their sum varies.
     let most_rays = ((1.0 + NEW_RAYS) * 1.1 * parameters.rays as f32) as u32 + 1024;
     let rays = buffer("rays", u64::from(most_rays) * RAY_BYTES, "rays of this frame");
-    let counters = buffer("counters", 32, "numbers of the whole cache");
+    let counters = buffer("counters", COUNTERS_BYTES + 4 * (2 * each + pixels), "numbers and lists of the whole cache");
     let over_slots = [slots, 1];
-    let lights = scene.needs.lights as u32;
+    let over_taken = [slots.div_ceil(SHARE), 1];
+    let over_rays = [parameters.rays, 1];
+    let light_count = scene.needs.lights as u32;
     let shadows = plan_shadow_maps(plan, scene, settings)?;
     let lamps = shadows.map(|shadows| (plan.changing_scene_buffer("scene.lights", "the scene's lights"), shadows));
     let objects = scene.animated().then(|| plan.changing_scene_buffer("scene.objects", "objects are animated"));
 
-    let run = Sweep { cells, counters, totals, lit: lamps.map(|(lights, _)| lights), animated: objects };
+    let run = Sweep { cells, counters, totals, mixed, lit: lamps.map(|(lights, _)| lights), animated: objects };
     plan.pass(Part::Technique, "sweep", run).because("removes records that nothing refers to").over(over_slots);
 
     let &Inputs { depth, normal, .. } = inputs;
@@ -164,12 +164,12 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let run = Seek { depth, normal, grid, cells, records, counters };
     plan.pass(Part::Technique, "seek", run).because("records of what the camera sees").over(squares);
 
-    let run = Weigh { cells, records, counters };
-    plan.pass(Part::Technique, "weigh", run).because("records with few rays get more").over(over_slots);
+    let run = Weigh { cells, records, counters, totals };
+    plan.pass(Part::Technique, "weigh", run).because("lists records; those with few rays get more").over(over_slots);
 
     let params = draw::Params { budget: parameters.rays as f32, budget_of_new: NEW_RAYS * parameters.rays as f32 };
-    let run = Draw { cells, records, counters, rays, params };
-    plan.pass(Part::Technique, "draw", run).because(format!("{} rays a frame", parameters.rays)).over(over_slots);
+    let run = Draw { cells, records, counters, rays, totals, params };
+    plan.pass(Part::Technique, "draw", run).because(format!("{} rays a frame", parameters.rays)).over(over_taken);
 
     if scene.animated() {
         plan.notes.push("radiance-cache: rays see moving objects where they are in the first frame".into());
@@ -195,49 +195,51 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         environment,
         params: trace::Params { scene_radius: 0.5 * diagonal },
         constants: trace::Constants {
-            lights,
+            lights: light_count,
             holes: scene.needs.alpha_tested,
             draw_sky: scene.uneven_sky,
-            bounces: all_bounces,
+            bounces: linked,
         },
     };
-    plan.pass(Part::Technique, "trace", run).because("light at the ends of rays").over([most_rays, 1]);
+    plan.pass(Part::Technique, "trace", run).because("light at the ends of rays").over(over_rays);
 
     let run = Settle { grid, cells, records, counters, rays };
-    plan.pass(Part::Technique, "settle", run).because("positions of records that hits refer to").over([most_rays, 1]);
+    plan.pass(Part::Technique, "settle", run).because("positions of records that hits refer to").over(over_rays);
 
-    let run = Integrate {
-        cells,
-        records,
-        rays,
-        kept: all_bounces,
-        links,
-        lit: lamps.map(|(lights, ShadowMaps { maps, layers })| integrate::Lit { lights, grid, counters, maps, layers }),
-        constants: integrate::Constants { links: parameters.links, lights },
-    };
-    plan.pass(Part::Technique, "integrate", run).because("adds rays to records; lights links again").over(over_slots);
-
-    if let Some(links) = links.filter(|_| all_bounces) {
-        let constants = bounce::Constants { links: parameters.links };
-        let run = Bounce { cells, records, counters, links, totals, constants };
-        plan.pass(Part::Technique, "bounce", run).because("further bounces, through links").over(over_slots);
+    if let Some((lights, ShadowMaps { maps, layers })) = lamps
+        && let Some(links) = links
+    {
+        let constants = relight::Constants { links: parameters.links, lights: light_count };
+        let run = Relight { grid, records, counters, links, lights, maps, layers, constants };
+        plan.pass(Part::Technique, "relight", run)
+            .because("lights links again where lights have changed")
+            .over(over_taken);
     }
-    plan.pass(Part::Technique, "total", Total { cells, records, totals })
-        .because("light of records with all bounces")
-        .over(over_slots);
+    let constants = update::Constants { links: parameters.links, bounces: parameters.bounces };
+    let kept = links.is_some();
+    let run = Update { cells, records, counters, rays, links, totals, kept, linked, constants };
+    plan.pass(Part::Technique, "update", run)
+        .because("adds rays to records; further bounces, through links")
+        .over(over_taken);
+    let run = Publish { cells, counters, totals };
+    plan.pass(Part::Technique, "publish", run).because("the next light of the records").over(over_taken);
     for (name, parity) in [("collect_0", 1), ("collect_1", 0), ("collect_2", 1), ("collect_3", 0)] {
         let run = Collect { cells, records, counters, totals, params: collect::Params { parity } };
         plan.pass(Part::Technique, name, run)
             .because("coarse records collect the light of finer ones")
-            .over(over_slots);
+            .over(over_taken);
     }
+    let run = MixLevels { grid, cells, records, counters, totals, mixed };
+    plan.pass(Part::Technique, "mix_levels", run)
+        .because("records with few rays take the light of coarser ones")
+        .over(over_taken);
 
     let gathered = plan.texture("gathered", level.size, Format::Rgba32Float, "light of the records");
     let run = Resolve {
         grid,
         cells,
         counters,
-        totals,
+        mixed,
         surfels: level.surfels,
         gathered,
         params: resolve::Params { scale: level.scale as f32 },
@@ -259,11 +261,15 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         float16,
         ambient_visibility: false,
         packed: false,
-        records: Some(upsample_linear::Records { grid, cells, totals }),
+        records: Some(upsample_linear::Records { cells, counters }),
         coarse_indirect: Some(light),
     };
     plan.pass(Part::Technique, "upsample", run)
-        .because("interpolates at half resolution, and looks records up where no surfel fits")
+        .because("interpolates at half resolution, and lists pixels where no surfel fits")
         .over(level.size.map(|v| v + 1));
+    let run = Fill { depth, normal, grid, cells, counters, mixed, indirect, float16 };
+    plan.pass(Part::Technique, "fill", run)
+        .because("looks records up where no surfel fits")
+        .over([(pixels as u32).div_ceil(SHARE), 1]);
     Ok(Some(indirect))
 }

@@ -2,12 +2,12 @@
 // Upsamples light from half resolution to the display with the linear kernel. One invocation computes the four pixels
 // between four coarse texels, which are the parents of all of them. This takes fewer fetches than nine for the four
 // pixels of a texel. With `ambient_visibility` the texture holds one number. With `packed` the coarse light is the
-// radiance of surfels. With `records`, pixels whose surface no parent shows look it up in the radiance cache.
+// radiance of surfels. With `records`, pixels whose surface no parent shows are listed for radiance_cache/fill.wgsl.
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(packed && !ambient_visibility) import package::common::surfel::surfel_radiance;
 @if(float16) import package::common::math::LARGEST_FLOAT16;
-@if(records) import package::radiance_cache::light::light_of_surface;
+@if(records) import package::radiance_cache::counters::{counters, first_pixel};
 import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN_WEIGHT, NEARER};
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -19,7 +19,8 @@ import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN
 @group(0) @binding(4) var depth: texture_2d<f32>;
 @group(0) @binding(5) var normal: texture_2d<f32>;
 
-/// Weight of the parents below which a pixel looks for its own record: almost that of the nearest parent alone.
+/// Weight of the parents below which a pixel is listed, to look for its own record: almost that of the nearest parent
+/// alone.
 @if(records)
 const LEAST_WEIGHT: f32 = 0.5;
 
@@ -97,10 +98,8 @@ fn write_pixel(texel: vec2i, tolerance: f32, nearest: Parent, across: Parent, do
     var result = select(sum.closest.rgb, sum.weighted.rgb / max(weight, MIN_WEIGHT), weight > MIN_WEIGHT);
     @if(records) {
         if weight < LEAST_WEIGHT && d > SKY_DEPTH {
-            let position = (view.view_to_world * vec4f(view_position(uv, d, view.tan_half_fov), 1.0)).xyz;
-            let world_normal = normalize((view.view_to_world * vec4f(n, 0.0)).xyz);
-            let own = light_of_surface(position, world_normal, d, view);
-            result = select(result, own.rgb, own.w > 0.0);
+            let number = u32(texel.y) * textureDimensions(indirect).x + u32(texel.x);
+            counters.lists[first_pixel() + atomicAdd(&counters.pixels, 1u)] = number;
         }
     }
     result = select(vec3f(0.0), result, d > SKY_DEPTH);

@@ -19,6 +19,8 @@ struct Cell {
     seen: atomic<u32>,
     // Stamp of the last frame in which a finer cell inside was seen.
     parent: atomic<u32>,
+    // Rays of this frame: the first one in the lower 24 bits, their number in the upper 8 bits.
+    rays: atomic<u32>,
     // Stamp of the last frame in which a pixel was inside, times the number of levels, plus the number of coarser levels
     // that were then looked for.
     mark: atomic<u32>,
@@ -42,14 +44,10 @@ struct Record {
     reflected: vec3f,
     // Rays in that mean.
     samples: f32,
-    // Mean incident light of all further bounces.
-    bounced: vec3f,
-    // Number of links so far. The newest ones are kept.
-    links: u32,
     // Mean incident light of the sky and of emitters. It does not depend on lamps.
     own: vec3f,
-    // Rays of this frame: the first one in the lower 24 bits, their number in the upper 8 bits.
-    rays: u32,
+    // Number of links so far. The newest ones are kept.
+    links: u32,
 }
 
 /// Sizes of cells.
@@ -73,8 +71,7 @@ struct Grid {
 
 const BUCKET: u32 = 8u;
 const NO_SLOT: u32 = 0xffffffffu;
-/// Coarser levels that collect the light of the records in the picture. `light_of_cell` and the number of runs of
-/// collect.wgsl follow from it.
+/// Coarser levels that collect the light of the records in the picture. The number of runs of collect.wgsl follows from it.
 const COARSER_LEVELS: u32 = 3u;
 /// Bit of bins for records that only hits refer to.
 const HITS: u32 = 128u;
@@ -202,9 +199,4 @@ fn find_or_insert(place: Place) -> u32 {
         }
     }
     return NO_SLOT;
-}
-
-/// Mean incident light of a record, all bounces.
-fn light_of_record(slot: u32) -> vec3f {
-    return records[slot].reflected + records[slot].own + records[slot].bounced;
 }

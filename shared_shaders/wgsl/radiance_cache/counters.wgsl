@@ -1,4 +1,8 @@
-// Numbers of the whole cache.
+// Numbers of the whole cache, and lists of what a frame has to do.
+//
+// Invocations that have nothing to do cost as much as others on a software adapter. So a pass over a list has few
+// invocations, and each takes every `stride`-th entry.
+import package::radiance_cache::cells::cells;
 
 struct Counters {
     // Sum of the weights of all records that want rays.
@@ -12,8 +16,16 @@ struct Counters {
     relight: u32,
     // Frames since the cache exists: see `stamp`.
     epoch: u32,
+    // Lengths of the lists.
+    due: atomic<u32>,
+    parents: atomic<u32>,
+    pixels: atomic<u32>,
+    // Frames since the lights changed.
+    settled: u32,
     unused_0: u32,
     unused_1: u32,
+    // Slots of the records that are due | coarser records whose children were seen lately | pixels whose surface no coarse texel shows.
+    lists: array<u32>,
 }
 
 @group(0) @binding(12) var<storage, read_write> counters: Counters;
@@ -21,4 +33,19 @@ struct Counters {
 /// The number with which this frame marks what it refers to. Empty slots have 0.
 fn stamp() -> u32 {
     return counters.epoch + 1u;
+}
+
+/// Number of invocations of a dispatch of workgroups of 64.
+fn stride_of(workgroups: vec3u) -> u32 {
+    return workgroups.x * 64u;
+}
+
+/// First entry of the list of coarser records.
+fn first_parent() -> u32 {
+    return arrayLength(&cells);
+}
+
+/// First entry of the list of pixels.
+fn first_pixel() -> u32 {
+    return 2u * arrayLength(&cells);
 }

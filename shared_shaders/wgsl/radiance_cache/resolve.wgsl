@@ -4,9 +4,9 @@ import package::common::math::{spread2, random3};
 import package::common::streams::CACHE_RESOLVE_STREAM;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
-import package::radiance_cache::cells::{NO_SLOT, find, level_at, cell_width, place_of};
+import package::radiance_cache::cells::{cell_width, level_at, place_of};
 import package::radiance_cache::counters::counters;
-import package::radiance_cache::light::{light_of_cell, light_of_surface};
+import package::radiance_cache::light::light_of_surface;
 
 struct Params {
     // Width of a surfel in full-resolution pixels.
@@ -43,12 +43,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
         let offset = tangent * random.x + bitangent * random.y;
         let bent = normalize(normal + 0.4 * (tangent * more.x + bitangent * more.y));
         let near = place_of(position + offset * cell_width(level), bent, level);
-        if find(near) != NO_SLOT {
-            light = light_of_cell(near);
-        }
-        if light.w == 0.0 {
-            light = light_of_surface(position, normal, depth, view);
-        }
+        light = light_of_surface(near, position, normal, depth, view);
     }
     textureStore(gathered, id.xy, vec4f(light.rgb, 1.0));
 }

@@ -5,6 +5,8 @@ import package::common::view::View;
 
 /// Width of a square, pixels. Twin of `SQUARE` in techniques/src/radiance_cache.rs.
 const SQUARE: u32 = 4u;
+/// Frames in which every pixel of a square is looked at once.
+const FRAMES_OF_SQUARE: u32 = SQUARE * SQUARE;
 
 /// Number of squares in a row of a picture of this width.
 fn squares_across(width: u32) -> u32 {

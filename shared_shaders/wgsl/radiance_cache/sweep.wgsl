@@ -5,9 +5,10 @@ import package::common::math::pcg3d;
 import package::temporal::previous_view::PreviousView;
 import package::radiance_cache::cells::{cells, LIFETIME};
 import package::radiance_cache::counters::{counters, stamp};
+import package::radiance_cache::totals::totals;
 
 @group(0) @binding(1) var<uniform> previous: PreviousView;
-@group(0) @binding(4) var<storage, read_write> totals: array<vec4f>;
+@group(0) @binding(0) var<storage, read_write> mixed: array<vec4f>;
 // `array<Light>` and `array<Object>` as words, for their hash.
 @if(lit) @group(0) @binding(2) var<storage, read> lights: array<vec4u>;
 @if(animated) @group(0) @binding(3) var<storage, read> objects: array<vec4u>;
@@ -19,6 +20,9 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
         atomicStore(&counters.weights, 0u);
         atomicStore(&counters.new_records, 0u);
         atomicStore(&counters.rays, 0u);
+        atomicStore(&counters.due, 0u);
+        atomicStore(&counters.parents, 0u);
+        atomicStore(&counters.pixels, 0u);
         var hash = vec3u(1u);
         @if(lit) {
             for (var i = 0u; i < arrayLength(&lights); i++) {
@@ -35,6 +39,7 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
         }
         counters.relight = u32(counters.lights != hash.x && previous.valid != 0u);
         counters.lights = hash.x;
+        counters.settled = select(min(counters.settled + 1u, 0xffffu), 0u, counters.relight != 0u);
     }
     if slot >= arrayLength(&cells) {
         return;
@@ -47,6 +52,9 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
         atomicStore(&cells[slot].seen, 0u);
         atomicStore(&cells[slot].parent, 0u);
         atomicStore(&cells[slot].mark, 0u);
-        totals[slot] = vec4f(0.0);
+        for (var entry = slot; entry < arrayLength(&totals); entry += arrayLength(&cells)) {
+            totals[entry] = vec4f(0.0);
+        }
+        mixed[slot] = vec4f(0.0);
     }
 }

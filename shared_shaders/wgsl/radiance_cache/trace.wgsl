@@ -7,13 +7,13 @@ import package::common::streams::{CACHE_ALBEDO_STREAM, CACHE_DIRECTION_STREAM, C
 import package::common::view::{View, uv_of_texel, view_position};
 @if(environment) import package::truth::sky::{draw_sky, sky_density, sky_radiance};
 @if(lit) import package::common::scene::Light;
-@if(lit) import package::radiance_cache::relight::reflected;
+@if(lit) import package::radiance_cache::lamps::reflected;
 import package::truth::surface::{surface_at, ray_from};
 import package::truth::traversal::{FAR, Ray, traverse};
 import package::radiance_cache::cells::{
     NO_SLOT, cells, records, find_or_insert, hash_of, level_of_hits_at, place_of_hit, place_of_slot,
 };
-import package::radiance_cache::counters::{counters, stamp};
+import package::radiance_cache::counters::{counters, stamp, stride_of};
 import package::radiance_cache::squares::{pixel_of_square, squares_across};
 import package::radiance_cache::links::{NO_SURFACE, Link, pack_position, pack_surface, rays};
 
@@ -81,12 +81,7 @@ fn sample_at(start: vec2u, index: u32) -> vec2f {
     return vec2f((start + index * vec2u(3242174889u, 2447445414u)) >> vec2u(8u)) * 5.9604644775390625e-8;
 }
 
-@compute @workgroup_size(64)
-fn trace(@builtin(global_invocation_id) id: vec3u) {
-    let number = id.x;
-    if number >= min(atomicLoad(&counters.rays), arrayLength(&rays)) {
-        return;
-    }
+fn trace_ray(number: u32) {
     let slot = rays[number].slot;
     let index = rays[number].index + records[slot].links;
     // Random numbers belong to the cell, so that they do not depend on the order in which slots were taken.
@@ -147,4 +142,12 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     rays[number].reflected = reflected_light;
     rays[number].own = min(own_light, vec3f(LARGEST_RADIANCE));
     rays[number].link = link;
+}
+
+@compute @workgroup_size(64)
+fn trace(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
+    let count = min(atomicLoad(&counters.rays), arrayLength(&rays));
+    for (var number = id.x; number < count; number += stride_of(workgroups)) {
+        trace_ray(number);
+    }
 }

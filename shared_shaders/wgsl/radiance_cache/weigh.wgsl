@@ -1,13 +1,20 @@
-// Sums the weights of all records, which share the rays of a frame.
+// Lists the records that are due, and sums the weights by which they share the rays of a frame.
 import package::radiance_cache::cells::cells;
-import package::radiance_cache::counters::counters;
-import package::radiance_cache::weight::{is_new, weight_of};
+import package::radiance_cache::counters::{counters, first_parent, stamp};
+import package::radiance_cache::squares::FRAMES_OF_SQUARE;
+import package::radiance_cache::weight::{is_due, is_new, weight_of};
 
 @compute @workgroup_size(64)
 fn weigh(@builtin(global_invocation_id) id: vec3u) {
     let slot = id.x;
-    if slot >= arrayLength(&cells) {
+    if slot >= arrayLength(&cells) || atomicLoad(&cells[slot].fingerprint) == 0u || !is_due(slot) {
         return;
+    }
+    counters.lists[atomicAdd(&counters.due, 1u)] = slot;
+    // After that many frames every pixel has been looked at.
+    let parent = atomicLoad(&cells[slot].parent);
+    if parent > 0u && stamp() - parent < FRAMES_OF_SQUARE {
+        counters.lists[first_parent() + atomicAdd(&counters.parents, 1u)] = slot;
     }
     let weight = weight_of(slot);
     if weight > 0u {

@@ -1,0 +1,33 @@
+// variants: float16
+// Light of the pixels whose surface no surfel of half resolution shows: that of their own records.
+@if(float16) import package::common::math::LARGEST_FLOAT16;
+import package::common::view::{View, uv_of_texel, view_position};
+import package::radiance_cache::cells::{level_at, place_of};
+import package::radiance_cache::counters::{counters, first_pixel, stride_of};
+import package::radiance_cache::light::light_of_surface;
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(2) var depth: texture_2d<f32>;
+@group(0) @binding(3) var normal: texture_2d<f32>;
+@if(!float16) @group(0) @binding(4) var indirect: texture_storage_2d<rgba32float, write>;
+@if(float16) @group(0) @binding(4) var indirect: texture_storage_2d<rgba16float, write>;
+
+@compute @workgroup_size(64)
+fn fill(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
+    let count = atomicLoad(&counters.pixels);
+    let width = textureDimensions(depth).x;
+    for (var i = id.x; i < count; i += stride_of(workgroups)) {
+        let number = counters.lists[first_pixel() + i];
+        let pixel = vec2u(number % width, number / width);
+        let d = textureLoad(depth, pixel, 0).x;
+        let in_view = view_position(uv_of_texel(pixel, 1.0, view.display_size), d, view.tan_half_fov);
+        let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
+        let world_normal = normalize((view.view_to_world * vec4f(textureLoad(normal, pixel, 0).xyz, 0.0)).xyz);
+        let place = place_of(position, world_normal, level_at(d, view));
+        var light = light_of_surface(place, position, world_normal, d, view);
+        if light.w > 0.0 {
+            @if(float16) { light = min(light, vec4f(LARGEST_FLOAT16)); }
+            textureStore(indirect, pixel, vec4f(light.rgb, 1.0));
+        }
+    }
+}

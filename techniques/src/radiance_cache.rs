@@ -234,7 +234,11 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         .because("records with few rays take the light of coarser ones")
         .over(over_taken);
 
-    let gathered = plan.texture("gathered", level.size, Format::Rgba32Float, "light of the records");
+    let float16 = parameters.storage == Storage::Float16;
+    // Light is packed into the surfels that the next passes read as well: half the fetches.
+    let packed = float16 && level.scale == 2;
+    let format = if packed { Format::Rgba32Uint } else { Format::Rgba32Float };
+    let gathered = plan.texture("gathered", level.size, format, "light of the records");
     let run = Resolve {
         grid,
         cells,
@@ -242,6 +246,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         mixed,
         surfels: level.surfels,
         gathered,
+        packed,
         params: resolve::Params { scale: level.scale as f32 },
     };
     plan.pass(Part::Technique, "resolve", run).because("light of the records at each surfel").over(level.size);
@@ -250,19 +255,18 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         let upsampling = Upsampling { kernel: UpsamplingKernel::Linear, storage: parameters.storage };
         return Ok(Some(to_display(plan, inputs, &upsampling, &level, light, "indirect")));
     }
-    let float16 = parameters.storage == Storage::Float16;
     let format = if float16 { Format::Rgba16Float } else { Format::Rgba32Float };
     let indirect = plan.texture("indirect", plan.display_size, format, "indirect light at full resolution");
     let run = UpsampleLinear {
-        coarse_surfels: level.surfels,
+        coarse_surfels: if packed { light } else { level.surfels },
         indirect,
         depth,
         normal,
         float16,
         ambient_visibility: false,
-        packed: false,
+        packed,
         records: Some(upsample_linear::Records { cells, counters }),
-        coarse_indirect: Some(light),
+        coarse_indirect: (!packed).then_some(light),
     };
     plan.pass(Part::Technique, "upsample", run)
         .because("interpolates at half resolution, and lists pixels where no surfel fits")

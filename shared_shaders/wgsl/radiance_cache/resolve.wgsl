@@ -1,7 +1,9 @@
+// variants: packed
 // The light of each surfel: that of a record near it, chosen at random within the width of a cell, so that the spatial
-// filter that follows interpolates between cells. Where a record has few rays, coarser ones contribute.
+// filter that follows interpolates between cells. With `packed`, the result is the surfels with this light.
 import package::common::math::{spread2, random3};
 import package::common::streams::CACHE_RESOLVE_STREAM;
+@if(packed) import package::common::surfel::with_radiance;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
 import package::radiance_cache::cells::{cell_width, level_at, place_of};
@@ -16,7 +18,8 @@ struct Params {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(3) var surfels: texture_2d<u32>;
-@group(0) @binding(4) var gathered: texture_storage_2d<rgba32float, write>;
+@if(!packed) @group(0) @binding(4) var gathered: texture_storage_2d<rgba32float, write>;
+@if(packed) @group(0) @binding(4) var gathered: texture_storage_2d<rgba32uint, write>;
 
 @compute @workgroup_size(8, 8)
 fn resolve(@builtin(global_invocation_id) id: vec3u) {
@@ -45,5 +48,6 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
         let near = place_of(position + offset * cell_width(level), bent, level);
         light = light_of_surface(near, position, normal, depth, view);
     }
-    textureStore(gathered, id.xy, vec4f(light.rgb, 1.0));
+    @if(!packed) { textureStore(gathered, id.xy, vec4f(light.rgb, 1.0)); }
+    @if(packed) { textureStore(gathered, id.xy, with_radiance(words, light.rgb)); }
 }

@@ -88,6 +88,8 @@ const RAY_BYTES: u64 = 64;
 const SLOTS_PER_RECORD: f32 = 5.0;
 /// Slots for records that only hits refer to.
 const SLOTS_OF_HITS: u32 = 18 << 10;
+/// Most slots: twin of `LARGEST_20` in radiance_cache/links.wgsl, rounded to whole workgroups.
+const MOST_SLOTS: u32 = (1 << 20) - 64;
 /// Width of the squares of pixels of which one is looked at in a frame. Twin of `SQUARE` in radiance_cache/squares.wgsl.
 const SQUARE: u32 = 4;
 /// Slots, or pixels, for each invocation of a pass over a list: an estimate, as each invocation takes what is left.
@@ -103,7 +105,7 @@ const NEW_RAYS: f32 = 8.0;
 /// Number of slots of the table.
 fn slots([width, height]: [u32; 2], spacing: f32) -> u32 {
     let records = width as f32 * height as f32 / (spacing * spacing);
-    (SLOTS_OF_HITS + (SLOTS_PER_RECORD * records) as u32).next_multiple_of(64).min(1 << 20)
+    (SLOTS_OF_HITS + (SLOTS_PER_RECORD * records) as u32).next_multiple_of(64).min(MOST_SLOTS)
 }
 
 /// `Grid` of radiance_cache/cells.wgsl.
@@ -117,6 +119,12 @@ fn grid(scene: &SceneFacts, parameters: &RadianceCache) -> Vec<u8> {
     let sizes = [unit, parameters.spacing, parameters.trusted].map(f32::to_bits);
     let scene_box = [low.x, low.y, low.z, size].map(f32::to_bits);
     sizes.into_iter().chain([level_of_hits as u32]).chain(scene_box).flat_map(u32::to_le_bytes).collect()
+}
+
+/// `array<ObjectBox>` of radiance_cache/relight.wgsl.
+fn boxes(scene: &SceneFacts) -> Vec<u8> {
+    let corner = |[x, y, z]: [f32; 3]| [x, y, z, 0.0].map(f32::to_le_bytes);
+    scene.object_boxes.iter().flatten().flat_map(|&v| corner(v)).flatten().collect()
 }
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
@@ -141,7 +149,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let totals = buffer("totals", layers * each * TOTAL_BYTES, "light of records in this frame and in the last one");
     let mixed = buffer("mixed", each * TOTAL_BYTES, "light of records, mixed with that of coarser ones");
     let linked = parameters.bounces != 1;
-    let links = (linked || scene.needs.lights > 0).then(|| {
+    let links = (linked || scene.needs.lights > 0 || scene.animated()).then(|| {
         buffer("links", each * u64::from(parameters.links) * LINK_BYTES, "what the newest rays of each record hit")
     });
     // The shares of the records are rounded at random, so their sum varies.
@@ -171,9 +179,6 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let run = Draw { cells, records, counters, rays, totals, params };
     plan.pass(Part::Technique, "draw", run).because(format!("{} rays a frame", parameters.rays)).over(over_taken);
 
-    if scene.animated() {
-        plan.notes.push("radiance-cache: rays see moving objects where they are in the first frame".into());
-    }
     let bvh = plan_bvh(plan);
     let environment = scene.needs.environment.then(|| plan.scene_buffer("scene.environment", "environment light"));
     let materials = plan.scene_buffer("scene.materials", "the scene's materials");
@@ -206,13 +211,19 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let run = Settle { grid, cells, records, counters, rays };
     plan.pass(Part::Technique, "settle", run).because("positions of records that hits refer to").over(over_rays);
 
-    if let Some((lights, ShadowMaps { maps, layers })) = lamps
-        && let Some(links) = links
-    {
-        let constants = relight::Constants { links: parameters.links, lights: light_count };
-        let run = Relight { grid, records, counters, links, lights, maps, layers, constants };
+    let boxes = scene.animated().then(|| plan.data("object_boxes", boxes(scene), "boxes of objects at rest"));
+    if let Some(links) = links.filter(|_| lamps.is_some() || objects.is_some()) {
+        let run = Relight {
+            grid: Some(grid),
+            records,
+            counters,
+            links,
+            lit: lamps.map(|(lights, ShadowMaps { maps, layers })| relight::Lit { lights, maps, layers }),
+            animated: objects.zip(boxes).map(|(objects, boxes)| relight::Animated { objects, boxes }),
+            constants: relight::Constants { links: parameters.links, lights: light_count },
+        };
         plan.pass(Part::Technique, "relight", run)
-            .because("lights links again where lights have changed")
+            .because("lights links again where lights or objects have changed")
             .over(over_taken);
     }
     let constants = update::Constants { links: parameters.links, bounces: parameters.bounces };

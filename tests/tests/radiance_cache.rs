@@ -176,8 +176,8 @@ fn links_refer_to_the_records_of_what_they_hit() {
         for slot in (0..cells.len() / 7).filter(|&slot| is_taken(slot)) {
             // Twin of `Record`: the number of links is word 15, level and bin are word 3.
             let count = records[16 * slot + 15].min(8) as usize;
-            for link in links[32 * slot..][..4 * count].chunks_exact(4).filter(|link| link[3] != u32::MAX) {
-                let source = link[3] as usize;
+            for link in links[32 * slot..][..4 * count].chunks_exact(4).filter(|link| link[3] & 0xfffff != 0xfffff) {
+                let source = (link[3] & 0xfffff) as usize;
                 assert!(is_taken(source), "frame {frame}: a link refers to an empty slot");
                 assert!(records[16 * source + 3] & 128 != 0, "frame {frame}: a link refers to a record of pixels");
                 checked += 1;

@@ -1,13 +1,19 @@
 //! The scene on the device. Layouts are those of `common/scene.wgsl`.
 
-use std::{ops::Range, sync::OnceLock};
+use std::{
+    ops::Range,
+    sync::{Arc, OnceLock},
+};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, vec2};
 use halflight_frame_graph::{FramePlan, Gpu, Provider, Triangles};
 use halflight_scenes::{Light, Mesh, Scene};
 
-use super::{BvhError, SceneBvh, environment::environment_words, numbered_triangles::NumberedTriangles, texel_pool};
+use super::{
+    BvhError, SceneBvh, bvh::MovingBvh, environment::environment_words, numbered_triangles::NumberedTriangles,
+    texel_pool,
+};
 
 /// Twin of `Vertex` in `common/scene.wgsl`.
 #[repr(C)]
@@ -165,7 +171,10 @@ impl SceneBuffers {
     }
 
     /// The BVH of `scene`, whose buffers these are, created at the first call. Plans that trace rays need it before they
-    /// are compiled: see [`Self::prepare`]. Animated objects are where they are in the first frame.
+    /// are compiled: see [`Self::prepare`]. Animated objects are where they are in the first frame, until [`SceneMotion`]
+    /// moves them.
+    ///
+    /// [`SceneMotion`]: super::SceneMotion
     ///
     /// # Errors
     /// If it is too deep or too large for the device.
@@ -173,9 +182,13 @@ impl SceneBuffers {
         if let Some(bvh) = self.bvh.get() {
             return Ok(bvh);
         }
-        let bvh =
-            if self.objects.is_some() { SceneBvh::new(gpu, &scene.posed(0))? } else { SceneBvh::new(gpu, scene)? };
+        let bvh = SceneBvh::new(gpu, scene)?;
         Ok(self.bvh.get_or_init(|| bvh))
+    }
+
+    /// The animated part of the BVH; `None` without one.
+    pub(super) fn moving_bvh(&self) -> Option<Arc<MovingBvh>> {
+        self.bvh.get()?.moving.clone()
     }
 
     /// Creates what a plan needs beyond the buffers of every scene. Call it before the plan is compiled.

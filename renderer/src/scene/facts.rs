@@ -42,6 +42,8 @@ pub struct SceneFacts {
     pub uneven_sky: bool,
     /// Triangles that emit light and send it on.
     pub emitters: Vec<EmittingTriangle>,
+    /// Lower and upper corner of each animated object at rest, world space.
+    pub object_boxes: Vec<[[f32; 3]; 2]>,
 }
 
 impl SceneFacts {
@@ -69,6 +71,7 @@ impl SceneFacts {
             only_seen_surfaces_send: false,
             uneven_sky: scene.environment.as_ref().is_some_and(is_uneven),
             emitters: emitting_triangles(scene),
+            object_boxes: object_boxes(scene),
         };
         facts.resize(scene, extent);
         facts
@@ -117,4 +120,16 @@ impl SceneFacts {
     pub fn open_meshes(&self) -> bool {
         self.needs.open_meshes > self.needs.alpha_masked_meshes
     }
+}
+
+/// Boxes of the animated objects at rest. An object without vertices has a point at the origin.
+fn object_boxes(scene: &Scene) -> Vec<[[f32; 3]; 2]> {
+    let box_of = |object: usize| {
+        let meshes = scene.meshes.iter().filter(|mesh| mesh.object == Some(object));
+        let mut positions = meshes.flat_map(|mesh| mesh.positions.iter().map(|&p| Vec3::from(p)));
+        let first = positions.next().unwrap_or_default();
+        let (low, high) = positions.fold((first, first), |(low, high), p| (low.min(p), high.max(p)));
+        [low.to_array(), high.to_array()]
+    };
+    (0..scene.moves.objects.len()).map(box_of).collect()
 }

@@ -1,5 +1,7 @@
 //! Updates of an animated scene before each frame.
 
+use std::sync::Arc;
+
 use glam::Mat4;
 use halflight_frame_graph::{CompiledGraph, Continuity, Gpu, Handle, View};
 use halflight_scenes::Scene;
@@ -7,6 +9,7 @@ use halflight_scenes::Scene;
 use super::{
     Extent, SceneFacts,
     buffers::{Object, SceneBuffers, lights},
+    bvh::MovingBvh,
     shadow::{far_shadow_layers, shadow_layers},
     shadow_views,
 };
@@ -22,10 +25,12 @@ pub struct SceneMotion<'a> {
     extent: Extent,
     objects: Option<wgpu::Buffer>,
     lights: Option<wgpu::Buffer>,
+    bvh: Option<Arc<MovingBvh>>,
 }
 
 impl<'a> SceneMotion<'a> {
-    /// The animated parts of this scene; `None` if nothing is animated. `facts` are those of the plan.
+    /// The animated parts of this scene; `None` if nothing is animated. `facts` are those of the plan, for which
+    /// [`SceneBuffers::prepare`] was called.
     pub fn new(scene: &'a Scene, buffers: &SceneBuffers, facts: &SceneFacts) -> Option<Self> {
         let moves = &scene.moves;
         (!moves.is_empty()).then(|| Self {
@@ -33,6 +38,7 @@ impl<'a> SceneMotion<'a> {
             extent: facts.extent,
             objects: buffers.objects.clone(),
             lights: (!moves.lights.is_empty()).then(|| buffers.lights.clone()),
+            bvh: buffers.moving_bvh(),
         })
     }
 
@@ -49,7 +55,7 @@ impl<'a> SceneMotion<'a> {
         };
     }
 
-    /// Writes the matrices of objects and lights at `view.frame`, for the graph that records this view next. Returns what
+    /// Writes the matrices of objects and lights and the triangles of objects at `view.frame`, for the graph that records this view next. Returns what
     /// differs from the last frame of that graph.
     ///
     /// The buffer of objects also has their motion since the previous frame. It may differ where no object has moved.
@@ -74,6 +80,9 @@ impl<'a> SceneMotion<'a> {
                 .map(|[now, then]| Object { to_world: now, view_to_previous: view.way_back(&before, &now, &then) })
                 .collect();
             gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&objects));
+        }
+        if let Some(bvh) = &self.bvh {
+            bvh.pose(gpu, self.scene, &pose.objects);
         }
         let Some(buffer) = &self.lights else { return changed };
         gpu.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&lights(&pose.lights)));

@@ -116,11 +116,19 @@ fn cell_width(level: i32) -> f32 {
     return grid.unit * exp2(f32(level));
 }
 
-/// The cell of a surface. The grid is shifted so that planes through the origin lie inside of cells.
+/// Shift of the grid, in units of it, so that planes through the origin lie inside of cells.
+const SHIFT: vec3f = vec3f(0.371, 0.293, 0.437);
+
+/// The cell of a surface.
 fn place_of(position: vec3f, normal: vec3f, level: i32) -> Place {
-    let shifted = position + vec3f(0.371, 0.293, 0.437) * grid.unit;
+    let shifted = position + SHIFT * grid.unit;
     let coordinates = clamp(floor(shifted / cell_width(level)), vec3f(-1e9), vec3f(1e9));
     return Place(vec3i(coordinates), (u32(level + LEVEL_BIAS) << 8u) | normal_bin(normal));
+}
+
+/// Centre of a cell.
+fn centre_of(place: Place) -> vec3f {
+    return (vec3f(place.coordinates) + 0.5) * cell_width(level_of(place.level_and_bin)) - SHIFT * grid.unit;
 }
 
 /// The cell of a hit. Its record stands for all normals that point to one face of a cube, and traces its own rays: what the

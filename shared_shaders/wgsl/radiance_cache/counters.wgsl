@@ -11,24 +11,28 @@ struct Counters {
     new_records: atomic<u32>,
     // Rays of this frame.
     rays: atomic<u32>,
-    // Hash of the lights, and whether it has changed since the last frame.
+    // Hashes of the lights and of the poses of objects, and which of them have changed since the last frame.
     lights: u32,
-    relight: u32,
+    objects: u32,
+    changed: u32,
     // Frames since the cache exists: see `stamp`.
     epoch: u32,
     // Lengths of the lists.
     due: atomic<u32>,
     parents: atomic<u32>,
     pixels: atomic<u32>,
-    // Frames since the lights changed.
+    // Frames since the lights or the objects changed.
     settled: u32,
     unused_0: u32,
-    unused_1: u32,
     // Slots of the records that are due | coarser records whose children were seen lately | pixels whose surface no coarse texel shows.
     lists: array<u32>,
 }
 
 @group(0) @binding(12) var<storage, read_write> counters: Counters;
+
+/// Bits of `changed`.
+const LIGHTS_CHANGED: u32 = 1u;
+const OBJECTS_MOVED: u32 = 2u;
 
 /// The number with which this frame marks what it refers to. Empty slots have 0.
 fn stamp() -> u32 {

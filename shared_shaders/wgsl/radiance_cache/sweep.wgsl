@@ -4,7 +4,7 @@
 import package::common::math::pcg3d;
 import package::temporal::previous_view::PreviousView;
 import package::radiance_cache::cells::{cells, LIFETIME};
-import package::radiance_cache::counters::{counters, stamp};
+import package::radiance_cache::counters::{LIGHTS_CHANGED, OBJECTS_MOVED, counters, stamp};
 import package::radiance_cache::totals::totals;
 
 @group(0) @binding(1) var<uniform> previous: PreviousView;
@@ -24,6 +24,7 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
         atomicStore(&counters.parents, 0u);
         atomicStore(&counters.pixels, 0u);
         var hash = vec3u(1u);
+        var hash_of_objects = vec3u(1u);
         @if(lit) {
             for (var i = 0u; i < arrayLength(&lights); i++) {
                 hash = pcg3d(hash ^ lights[i].xyz) ^ vec3u(lights[i].w);
@@ -33,13 +34,15 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
             // An object is two matrices. The first one is its pose.
             for (var i = 0u; i < arrayLength(&objects); i++) {
                 if i % 8u < 4u {
-                    hash = pcg3d(hash ^ objects[i].xyz) ^ vec3u(objects[i].w);
+                    hash_of_objects = pcg3d(hash_of_objects ^ objects[i].xyz) ^ vec3u(objects[i].w);
                 }
             }
         }
-        counters.relight = u32(counters.lights != hash.x && previous.valid != 0u);
+        counters.changed = select(0u, LIGHTS_CHANGED, counters.lights != hash.x && previous.valid != 0u)
+            | select(0u, OBJECTS_MOVED, counters.objects != hash_of_objects.x && previous.valid != 0u);
         counters.lights = hash.x;
-        counters.settled = select(min(counters.settled + 1u, 0xffffu), 0u, counters.relight != 0u);
+        counters.objects = hash_of_objects.x;
+        counters.settled = select(min(counters.settled + 1u, 0xffffu), 0u, counters.changed != 0u);
     }
     if slot >= arrayLength(&cells) {
         return;

@@ -15,7 +15,9 @@ import package::radiance_cache::cells::{
 };
 import package::radiance_cache::counters::{counters, stamp, stride_of};
 import package::radiance_cache::squares::{pixel_of_square, squares_across};
-import package::radiance_cache::links::{NO_SURFACE, Link, pack_position, pack_surface, rays};
+import package::radiance_cache::links::{
+    MOVES, NO_SURFACE, Link, pack_luminance, pack_position, pack_source, pack_surface, rays,
+};
 
 struct Params {
     // Half the diagonal of the scene's bounding box.
@@ -92,7 +94,8 @@ fn trace_ray(number: u32) {
     let direction = cosine_direction(origin.normal, sample_at(start, index));
     let ray = ray_from(origin.position, origin.normal, direction, params.scene_radius);
     let hit = traverse(ray, FAR, false, HOLES);
-    var link = Link(vec2u(0u), NO_SURFACE, NO_SLOT);
+    var link = Link(vec2u(0u), NO_SURFACE, 0u);
+    var source = NO_SLOT;
     // Light of lamps, and light that does not depend on them.
     var reflected_light = vec3f(0.0);
     var own_light = vec3f(0.0);
@@ -114,7 +117,7 @@ fn trace_ray(number: u32) {
         let surface = surface_at(hit, ray);
         if surface.sends {
             own_light += surface.emission;
-            link.position = pack_position(surface.position);
+            link.position = pack_position(surface.position) | vec2u(0u, select(0u, MOVES, surface.moves));
             link.surface = pack_surface(
                 surface.geometric_normal,
                 surface.albedo,
@@ -130,14 +133,15 @@ fn trace_ray(number: u32) {
             if BOUNCES {
                 let distance = length(surface.position - view.view_to_world[3].xyz);
                 let level = level_of_hits_at(distance, view);
-                link.source = find_or_insert(place_of_hit(surface.position, surface.normal, level));
-                if link.source != NO_SLOT {
-                    atomicMax(&cells[link.source].hit, random);
-                    atomicMax(&cells[link.source].seen, stamp());
+                source = find_or_insert(place_of_hit(surface.position, surface.normal, level));
+                if source != NO_SLOT {
+                    atomicMax(&cells[source].hit, random);
+                    atomicMax(&cells[source].seen, stamp());
                 }
             }
         }
     }
+    link.source_and_light = pack_source(source, pack_luminance(reflected_light));
     rays[number].random = random;
     rays[number].reflected = reflected_light;
     rays[number].own = min(own_light, vec3f(LARGEST_RADIANCE));

@@ -8,7 +8,7 @@ import package::radiance_cache::cells::{cells, records};
 @if(linked) import package::radiance_cache::counters::stamp;
 import package::radiance_cache::counters::{counters, stride_of};
 @if(kept || linked) import package::radiance_cache::links::links;
-@if(linked) import package::radiance_cache::links::albedo_of;
+@if(linked) import package::radiance_cache::links::{albedo_of, source_of};
 @if(linked) import package::radiance_cache::turn::{INTERVAL, is_turn_of};
 import package::radiance_cache::links::rays;
 import package::radiance_cache::totals::{layer_of, next_layer_of, totals};
@@ -52,8 +52,9 @@ fn bounced(slot: u32, count: u32, layer: u32) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
         let link = links[slot * LINKS + i];
-        if link.source != NO_SLOT {
-            sum += albedo_of(link.surface) * totals[layer_of(layer) + link.source].rgb;
+        let source = source_of(link);
+        if source != NO_SLOT {
+            sum += albedo_of(link.surface) * totals[layer_of(layer) + source].rgb;
         }
     }
     return min(sum / f32(max(count, 1u)), vec3f(LARGEST_RADIANCE));
@@ -63,7 +64,7 @@ fn bounced(slot: u32, count: u32, layer: u32) -> vec3f {
 @if(linked)
 fn keep_sources(slot: u32, seen: u32, count: u32) {
     for (var i = 0u; i < count; i++) {
-        let source = links[slot * LINKS + i].source;
+        let source = source_of(links[slot * LINKS + i]);
         if source != NO_SLOT {
             atomicMax(&cells[source].seen, max(seen, AGE_OF_LINKS) - AGE_OF_LINKS);
         }

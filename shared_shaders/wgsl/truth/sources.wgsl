@@ -5,7 +5,7 @@ import package::truth::params::params;
 import package::truth::traversal::{
     Ray, Crossing, triangles, texel_coordinates, attributes_at, is_present,
 };
-import package::truth::surface::{RECEIVE_ONLY, materials, scaled_normal, unit_or};
+import package::truth::surface::{MATERIAL, materials, scaled_normal, unit_or};
 
 // For each emitting triangle: cumulative power up to and including it, as a share of 2^32 less 1; its slot in
 // `triangles`. Twin of renderer/src/truth/sources.rs.
@@ -56,7 +56,7 @@ fn draw_emitter(position: vec3f, word: u32, random: vec2f) -> Source {
     let towards = unit_or(to_source / max(params.scene_radius, 1e-30), vec3f(0.0));
     let normal = unit_or(scaled_normal(edge_1, edge_2), vec3f(0.0));
     let cosine = dot(normal, towards);
-    let material = materials[attributes_at(slot, weights).material & ~RECEIVE_ONLY];
+    let material = materials[attributes_at(slot, weights).material & MATERIAL];
     let emission = material.emission * params.radiance_scale;
     var radiance = emission;
     if cosine == 0.0 || (mask.x != 0u && !is_present(slot, crossing)) {

@@ -8,8 +8,11 @@ import package::truth::traversal::{Ray, Hit, triangles, texel_coordinates, cross
 /// Offset of a ray from its surface, relative to the larger of |position| and the scene's radius: 64 rounding steps of
 /// float32.
 const OFFSET: f32 = 7.62939453125e-6;
-/// Bit of a triangle's material for receive-only surfaces. Twin of renderer/src/truth/bvh.rs.
+/// Bits of a triangle's material for receive-only surfaces and for animated ones. Twins of renderer/src/scene/bvh/tree.rs.
 const RECEIVE_ONLY: u32 = 0x80000000u;
+const MOVES: u32 = 0x40000000u;
+/// Bits of the index of the material.
+const MATERIAL: u32 = 0x3fffffffu;
 
 /// A point on a surface. Its normals face the ray that found it.
 struct Surface {
@@ -22,6 +25,8 @@ struct Surface {
     material: u32,
     // Whether it sends light to other surfaces.
     sends: bool,
+    // Whether it is animated.
+    moves: bool,
 }
 
 /// The unit vector, or `fallback` for a vector without a direction.
@@ -47,7 +52,7 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
     geometric = select(geometric, -geometric, dot(geometric, ray.direction) > 0.0);
     var normal = unit_or(on_it.normal, geometric);
     normal = select(normal, -normal, dot(normal, ray.direction) > 0.0);
-    let index = on_it.material & ~RECEIVE_ONLY;
+    let index = on_it.material & MATERIAL;
     let material = materials[index];
     var albedo = material.albedo;
     if material.albedo_texture != NO_TEXTURE {
@@ -61,6 +66,7 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
         material.emission,
         index,
         (on_it.material & RECEIVE_ONLY) == 0u,
+        (on_it.material & MOVES) != 0u,
     );
 }
 

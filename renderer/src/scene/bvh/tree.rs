@@ -1,86 +1,18 @@
-//! The BVH of a scene in the layout of `truth/traversal.wgsl`, for passes that trace rays.
+//! Builds a tree of triangles.
 
-use glam::Vec3A;
-use halflight_frame_graph::Gpu;
+use glam::{Mat3, Mat4, Vec3, Vec3A};
 use halflight_scenes::{Mesh, Scene, Texture};
 use obvhs::{
+    aabb::Aabb,
     bvh2::{Bvh2, reinsertion::ReinsertionOptimizer},
-    cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh},
+    cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh, node::CwBvhNode},
     ploc::{PlocBuilder, PlocSearchDistance, SortPrecision},
     splits::split_aabbs_preset,
     triangle::Triangle,
 };
 
-use super::texel_pool::{self, HEADER};
-
-/// Why a scene has no BVH: one sentence with the fix.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct BvhError(String);
-
-/// The BVH on a device: three textures of 16-byte texels.
-pub struct SceneBvh {
-    /// Five texels per node.
-    pub nodes: wgpu::Texture,
-    /// Three texels per triangle: its corners and alpha mask.
-    pub triangles: wgpu::Texture,
-    /// Four texels per triangle: normals, texture coordinates and material.
-    pub attributes: wgpu::Texture,
-    /// Whether any triangle is alpha-masked.
-    pub has_holes: bool,
-    /// Slot of each triangle of the scene, in the order of its indices; `None` for a triangle without an area.
-    pub(crate) slots: Vec<Option<u32>>,
-}
-
-impl SceneBvh {
-    /// Builds and uploads the BVH of all triangles at rest.
-    ///
-    /// # Errors
-    /// If it is too deep or too large for the device.
-    pub(crate) fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, BvhError> {
-        let bvh = Bvh::build(scene)?;
-        Ok(Self {
-            nodes: upload(gpu, "scene.bvh_nodes", bvh.nodes)?,
-            triangles: upload(gpu, "scene.bvh_triangles", bvh.triangles)?,
-            attributes: upload(gpu, "scene.bvh_attributes", bvh.attributes)?,
-            has_holes: bvh.has_holes,
-            slots: bvh.slots,
-        })
-    }
-
-    /// Bytes on the device.
-    pub(crate) fn bytes(&self) -> u64 {
-        let texels = |texture: &wgpu::Texture| u64::from(texture.width()) * u64::from(texture.height());
-        [&self.nodes, &self.triangles, &self.attributes].into_iter().map(texels).sum::<u64>() * 16
-    }
-}
-
-/// Texels in a row of the BVH's textures: 2^`ROW_BITS` of `truth/traversal.wgsl`.
-const ROW: usize = 4096;
-
-fn upload(gpu: &Gpu, label: &str, mut texels: Vec<[u32; 4]>) -> Result<wgpu::Texture, BvhError> {
-    use wgpu::util::DeviceExt;
-    let rows = texels.len().div_ceil(ROW).max(1);
-    let most = gpu.device.limits().max_texture_dimension_2d;
-    if rows > most as usize {
-        return Err(BvhError(format!(
-            "the scene's BVH takes {rows} texture rows and the adapter allows {most}; use a scene of fewer triangles"
-        )));
-    }
-    texels.resize(rows * ROW, [0; 4]);
-    let descriptor = wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width: ROW as u32, height: rows as u32, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Uint,
-        usage: wgpu::TextureUsages::STORAGE_BINDING,
-        view_formats: &[],
-    };
-    let bytes = bytemuck::cast_slice(&texels);
-    Ok(gpu.device.create_texture_with_data(&gpu.queue, &descriptor, Default::default(), bytes))
-}
+use super::BvhError;
+use crate::scene::texel_pool::{self, HEADER};
 
 /// Depth of the shader's stack: `MAX_DEPTH` of `truth/traversal.wgsl`.
 const MAX_DEPTH: usize = 24;
@@ -88,25 +20,53 @@ const MAX_DEPTH: usize = 24;
 /// Bit of a triangle's material for receive-only surfaces. Twin of `truth/path_trace.wgsl`.
 const RECEIVE_ONLY: u32 = 1 << 31;
 
-/// Texels of 16 bytes: five per node, three per triangle for its shape and four for its attributes.
-struct Bvh {
-    nodes: Vec<[u32; 4]>,
-    triangles: Vec<[u32; 4]>,
-    attributes: Vec<[u32; 4]>,
-    /// Whether any triangle is alpha-masked.
-    has_holes: bool,
-    /// Slot of each triangle of the scene, in the order of its indices; `None` for a triangle without an area. A triangle
-    /// in several leaves has several slots, of which this is one.
-    slots: Vec<Option<u32>>,
+/// Bit of a triangle's material for animated surfaces. Twin of `truth/surface.wgsl`.
+const MOVES: u32 = 1 << 30;
+
+/// The meshes of a tree.
+#[derive(Clone, Copy)]
+pub(super) enum Meshes<'a> {
+    /// Those that do not move.
+    Static,
+    /// Those that do, with the pose of each object.
+    Animated(&'a [Mat4]),
 }
 
-impl Bvh {
-    /// Builds the BVH of all triangles with an area. The result depends on the scene only.
-    fn build(scene: &Scene) -> Result<Self, BvhError> {
-        let (triangles, sources) = triangles(scene);
-        let wide = build_wide(&triangles);
+impl Meshes<'_> {
+    /// The pose of a mesh of this tree; `None` for other meshes.
+    fn pose_of(self, mesh: &Mesh) -> Option<Mat4> {
+        match (self, mesh.object) {
+            (Self::Static, None) => Some(Mat4::IDENTITY),
+            (Self::Animated(poses), Some(object)) => Some(poses.get(object).copied().unwrap_or(Mat4::IDENTITY)),
+            _ => None,
+        }
+    }
+}
+
+/// The nodes of a tree, and texels of 16 bytes: three per triangle for its shape and four for its attributes.
+pub(super) struct Tree {
+    /// Nodes. Indices are those within the tree.
+    pub(super) nodes: Vec<CwBvhNode>,
+    /// Box of all triangles.
+    pub(super) bounds: Aabb,
+    pub(super) triangles: Vec<[u32; 4]>,
+    pub(super) attributes: Vec<[u32; 4]>,
+    /// Whether any triangle is alpha-masked.
+    pub(super) has_holes: bool,
+    /// Slot of each triangle of the scene, in the order of its indices; `None` for a triangle without an area or of another
+    /// tree. A triangle in several leaves has several slots, of which this is one.
+    pub(super) slots: Vec<Option<u32>>,
+}
+
+impl Tree {
+    /// Builds the tree of all triangles with an area. The result depends on the scene and the poses only.
+    pub(super) fn build(scene: &Scene, meshes: Meshes) -> Result<Self, BvhError> {
+        let (triangles, sources) = triangles(scene, meshes);
+        let moves = matches!(meshes, Meshes::Animated(_));
+        let wide = if moves { build_quickly(&triangles) } else { build_wide(&triangles) };
         let depth = depth(&wide);
-        if depth > MAX_DEPTH {
+        // Animated triangles are built again in other poses, and hang below a common root.
+        if depth + if moves { 4 } else { 1 } > MAX_DEPTH {
             return Err(BvhError(format!(
                 "scene \"{}\" needs a BVH of {depth} levels and rays take {MAX_DEPTH}; \
                  its triangles differ too much in size: remove the tiniest",
@@ -116,14 +76,16 @@ impl Bvh {
         let masks = alpha_masks(scene);
         let texel = |v: Vec3A, word: u32| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), word];
         let mut bvh = Self {
-            nodes: bytemuck::cast_slice(&wide.nodes).to_vec(),
+            bounds: triangles.iter().fold(Aabb::INVALID, |bounds, triangle| bounds.union(&triangle.aabb())),
+            nodes: wide.nodes,
             triangles: Vec::with_capacity(3 * wide.primitive_indices.len()),
             attributes: Vec::with_capacity(4 * wide.primitive_indices.len()),
             has_holes: false,
             slots: vec![None; scene.triangle_count()],
         };
         for (slot, &index) in wide.primitive_indices.iter().enumerate() {
-            let (triangle, Source { mesh, number, corners }) = (triangles[index as usize], sources[index as usize]);
+            let Source { mesh, number, corners, pose } = sources[index as usize];
+            let triangle = triangles[index as usize];
             bvh.slots[number as usize] = Some(slot as u32);
             let mask = scene.materials.get(mesh.material).and_then(|m| m.alpha_texture).map(|texture| masks[texture]);
             let [start, size] = mask.unwrap_or([0; 2]);
@@ -133,10 +95,18 @@ impl Bvh {
                 texel(triangle.v1 - triangle.v0, start),
                 texel(triangle.v2 - triangle.v0, size),
             ]);
-            let [n0, n1, n2] = corners.map(|i| Vec3A::from(mesh.normals[i as usize]));
+            let [n0, n1, n2] = corners.map(|i| {
+                let normal = Vec3::from(mesh.normals[i as usize]);
+                if !moves {
+                    return Vec3A::from(normal);
+                }
+                let to_world = Mat3::from_mat4(pose).inverse().transpose();
+                (to_world * normal).normalize_or(Vec3::Y).into()
+            });
             let [a, b, c] = corners.map(|i| mesh.uvs[i as usize].map(f32::to_bits));
             let receives_only = scene.materials.get(mesh.material).is_some_and(|material| material.receive_only);
-            let material = mesh.material as u32 | if receives_only { RECEIVE_ONLY } else { 0 };
+            let flags = if receives_only { RECEIVE_ONLY } else { 0 } | if moves { MOVES } else { 0 };
+            let material = mesh.material as u32 | flags;
             bvh.attributes.extend([texel(n0, a[0]), texel(n1, a[1]), texel(n2, material), [b[0], b[1], c[0], c[1]]]);
         }
         Ok(bvh)
@@ -150,19 +120,22 @@ struct Source<'a> {
     /// Number of the triangle in the scene.
     number: u32,
     corners: [u32; 3],
+    /// World space at rest to world space.
+    pose: Mat4,
 }
 
 /// Triangles with finite corners and an area. No ray hits the others.
-fn triangles(scene: &Scene) -> (Vec<Triangle>, Vec<Source<'_>>) {
-    let all = scene.meshes.iter().flat_map(|mesh| {
-        mesh.indices.as_chunks::<3>().0.iter().map(move |&corners| {
-            let [v0, v1, v2] = corners.map(|i| Vec3A::from(mesh.positions[i as usize]));
-            (Triangle { v0, v1, v2 }, mesh, corners)
-        })
+fn triangles<'a>(scene: &'a Scene, meshes: Meshes) -> (Vec<Triangle>, Vec<Source<'a>>) {
+    let all = scene.meshes.iter().flat_map(|mesh| mesh.indices.as_chunks::<3>().0.iter().map(move |&c| (mesh, c)));
+    let chosen = (0..).zip(all).filter_map(|(number, (mesh, corners))| {
+        let pose = meshes.pose_of(mesh)?;
+        let [v0, v1, v2] = corners.map(|i| {
+            let position = Vec3A::from(mesh.positions[i as usize]);
+            if mesh.object.is_some() { pose.transform_point3a(position) } else { position }
+        });
+        Some((Triangle { v0, v1, v2 }, Source { mesh, number, corners, pose }))
     });
-    let numbered =
-        (0..).zip(all).map(|(number, (triangle, mesh, corners))| (triangle, Source { mesh, number, corners }));
-    numbered
+    chosen
         .filter(|(t, _)| {
             let (edge_1, edge_2) = (t.v1 - t.v0, t.v2 - t.v0);
             let size = edge_1.abs().max(edge_2.abs()).max_element();
@@ -197,6 +170,20 @@ fn build_wide(triangles: &[Triangle]) -> CwBvh {
     );
     binary.uses_spatial_splits = true;
     ReinsertionOptimizer::default().run(&mut binary, 0.05, None);
+    bvh2_to_cwbvh(&binary, 3, true, false)
+}
+
+/// A tree in a fraction of the time, with more work for each ray.
+fn build_quickly(triangles: &[Triangle]) -> CwBvh {
+    let boxes: Vec<_> = triangles.iter().map(Triangle::aabb).collect();
+    let indices = (0..triangles.len() as u32).collect();
+    let binary = PlocBuilder::with_capacity(boxes.len()).build(
+        PlocSearchDistance::Minimum,
+        &boxes,
+        indices,
+        SortPrecision::U64,
+        3,
+    );
     bvh2_to_cwbvh(&binary, 3, true, false)
 }
 
@@ -235,9 +222,9 @@ mod tests {
         for (triangles, kept) in
             [(vec![], 0), (vec![line], 0), (vec![good], 1), (vec![line, broken, good, [[1.0; 3]; 3], good], 2)]
         {
-            let bvh = Bvh::build(&scene(&triangles)).expect("shallow");
+            let bvh = Tree::build(&scene(&triangles), Meshes::Static).expect("shallow");
             assert_eq!(bvh.triangles.len(), 3 * kept);
-            assert_eq!(bvh.nodes.len(), if kept == 0 { 0 } else { 5 });
+            assert_eq!(bvh.nodes.len(), usize::from(kept > 0));
         }
     }
 
@@ -250,6 +237,6 @@ mod tests {
                 [[0.0; 3], [s, 0.0, 0.0], [0.0, s, 0.0]]
             })
             .collect();
-        Bvh::build(&scene(&triangles)).expect("fits the stack");
+        Tree::build(&scene(&triangles), Meshes::Static).expect("fits the stack");
     }
 }

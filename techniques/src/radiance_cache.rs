@@ -179,7 +179,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let run = Draw { cells, records, counters, rays, totals, params };
     plan.pass(Part::Technique, "draw", run).because(format!("{} rays a frame", parameters.rays)).over(over_taken);
 
-    let bvh = plan_bvh(plan);
+    let bvh = plan_bvh(plan, scene);
     let environment = scene.needs.environment.then(|| plan.scene_buffer("scene.environment", "environment light"));
     let materials = plan.scene_buffer("scene.materials", "the scene's materials");
     let texels = plan.scene_buffer("scene.texels", "materials with textures");
@@ -187,6 +187,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         nodes: bvh.nodes,
         triangles: bvh.triangles,
         attributes: bvh.attributes,
+        emitting: bvh.emitters,
         materials,
         texels,
         depth,

@@ -245,6 +245,7 @@ impl Provider for SceneBuffers {
             "scene.texels" => Some(self.texels.clone()),
             BVH_NODES => Some(self.bvh.get()?.nodes.clone()),
             BVH_TRIANGLES => Some(self.bvh.get()?.triangles.clone()),
+            BVH_EMITTERS => Some(self.bvh.get()?.emitters.clone()),
             BVH_ATTRIBUTES => Some(self.bvh.get()?.attributes.clone()),
             _ => None,
         }
@@ -269,6 +270,7 @@ impl Provider for SceneBuffers {
 pub(crate) const BVH_NODES: &str = "scene.bvh_nodes";
 pub(crate) const BVH_TRIANGLES: &str = "scene.bvh_triangles";
 pub(crate) const BVH_ATTRIBUTES: &str = "scene.bvh_attributes";
+pub(crate) const BVH_EMITTERS: &str = "scene.bvh_emitters";
 
 /// Whether a plan traces rays through the scene's triangles.
 pub fn traces_rays(plan: &FramePlan) -> bool {

@@ -17,7 +17,7 @@ mod shadow_views;
 mod size;
 pub(crate) mod texel_pool;
 
-pub(crate) use buffers::{BVH_ATTRIBUTES, BVH_NODES, BVH_TRIANGLES};
+pub(crate) use buffers::{BVH_ATTRIBUTES, BVH_EMITTERS, BVH_NODES, BVH_TRIANGLES};
 pub use buffers::{SceneBuffers, traces_rays, triangles};
 pub use bvh::{BvhError, SceneBvh};
 pub use emitters::EmittingTriangle;

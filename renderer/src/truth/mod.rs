@@ -18,7 +18,6 @@
 use halflight_shared_shaders::truth::path_trace;
 
 mod request;
-mod sources;
 mod state;
 mod trace;
 mod tracer;

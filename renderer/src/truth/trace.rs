@@ -154,7 +154,7 @@ impl Trace {
             texels: wgpu::BindingResource::TextureView(&tracer.texels),
             lights: tracer.lights.as_entire_binding(),
             environment: tracer.environment.as_entire_binding(),
-            emitters: tracer.emitters.as_entire_binding(),
+            emitters: wgpu::BindingResource::TextureView(&tracer.emitters),
             surfaces: surfaces.as_entire_binding(),
             sums: sums.as_entire_binding(),
             params,

@@ -2,7 +2,7 @@
 
 use halflight_scenes::{Light, Scene};
 
-use super::{Request, Stop, Trace, TruthError, sources::Emitters};
+use super::{Request, Stop, Trace, TruthError};
 use crate::scene::{SceneBuffers, contrast::is_uneven};
 use halflight_frame_graph::Gpu;
 
@@ -22,7 +22,7 @@ pub struct Tracer {
     /// Whether the scene has any light.
     pub(super) lit: bool,
     /// Table of emitting triangles; one unused entry if there are none.
-    pub(super) emitters: wgpu::Buffer,
+    pub(super) emitters: wgpu::TextureView,
     pub(super) emitter_count: u32,
     /// Density over area at which points on an emission of 1 are drawn.
     pub(super) emitter_density: f32,
@@ -46,15 +46,12 @@ impl Tracer {
         let bvh = buffers.bvh(gpu, scene)?;
         let scene_radius = scene.bounds().map_or(0.0, |(low, high)| (high - low).length() / 2.0);
         let radiance_scale = radiance_scale(scene);
-        let emitters = Emitters::of(scene, &bvh.slots, scene_radius, radiance_scale);
-        let emitter_count = emitters.table.len() as u32;
-        let table = if emitters.table.is_empty() { &[[0; 2]][..] } else { &emitters.table };
         Ok(Self {
             lit: is_lit(scene),
             draws_sky: scene.environment.as_ref().is_some_and(is_uneven),
-            emitters: gpu.filled_buffer("truth.emitters", bytemuck::cast_slice(table), wgpu::BufferUsages::STORAGE),
-            emitter_count,
-            emitter_density: emitters.density,
+            emitters: bvh.emitters.create_view(&Default::default()),
+            emitter_count: bvh.emitter_count,
+            emitter_density: bvh.emitter_density,
             has_holes: bvh.has_holes,
             nodes: bvh.nodes.create_view(&Default::default()),
             triangles: bvh.triangles.create_view(&Default::default()),

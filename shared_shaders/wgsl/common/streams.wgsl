@@ -68,6 +68,8 @@ const CACHE_HIT_STREAM: u32 = 3085u;
 const CACHE_ALBEDO_STREAM: u32 = 3086u;
 /// Radiance cache, directions to the sky: 1 stream.
 const CACHE_SKY_STREAM: u32 = 3087u;
+/// Radiance cache, points on emitters: 1 stream.
+const CACHE_EMITTER_STREAM: u32 = 3088u;
 
 /// RSM technique: one stream a map, from here.
 const RSM_STREAM: u32 = 4096u;

@@ -1,13 +1,16 @@
-// variants: lit, environment
+// variants: lit, environment, emitting
 // Traces the rays of this frame and finds the light at their ends.
 import package::common::math::{LARGEST_RADIANCE, PI, octahedral_decode, random3, random_words};
 import package::common::hemisphere::cosine_direction;
 import package::common::streams::{CACHE_ALBEDO_STREAM, CACHE_DIRECTION_STREAM, CACHE_HIT_STREAM};
 @if(environment) import package::common::streams::CACHE_SKY_STREAM;
+@if(emitting) import package::common::streams::CACHE_EMITTER_STREAM;
 import package::common::view::{View, uv_of_texel, view_position};
 @if(environment) import package::truth::sky::{draw_sky, sky_density, sky_radiance};
 @if(lit) import package::common::scene::Light;
 @if(lit) import package::radiance_cache::lamps::reflected;
+@if(emitting) import package::truth::emitters::{Emitters, all_emitters, draw_emitter, emitter_density};
+@if(emitting) import package::truth::surface::offset_length;
 import package::truth::surface::{surface_at, ray_from};
 import package::truth::traversal::{FAR, Ray, traverse};
 import package::radiance_cache::cells::{
@@ -78,6 +81,25 @@ fn sky_by_power(origin: Origin, random: vec2u) -> vec3f {
     return min(sky.radiance * (density / (density + sky.density)), vec3f(LARGEST_RADIANCE));
 }
 
+/// Light of a point that is drawn from the emitters by its power, weighted in the same way.
+@if(emitting)
+fn emitter_by_power(emitters_of_scene: Emitters, origin: Origin, random: vec3u) -> vec3f {
+    let numbers = vec2f(random.yz >> vec2u(8u)) * 5.9604644775390625e-8;
+    let point = draw_emitter(emitters_of_scene, origin.position, random.x, numbers);
+    let distance = length(point.along);
+    let density = dot(origin.normal, point.along) / (PI * max(distance, 1e-30));
+    if emitters_of_scene.count == 0u || density <= 0.0 || all(point.emission <= vec3f(0.0)) {
+        return vec3f(0.0);
+    }
+    // From offset point to offset point: the unnormalized direction ends at a distance of 1.
+    let start = ray_from(origin.position, origin.normal, point.along, params.scene_radius);
+    let end = origin.position + point.along + point.normal * offset_length(origin.position + point.along, params.scene_radius);
+    if traverse(Ray(start.origin, end - start.origin), 1.0, true, HOLES).distance < FAR {
+        return vec3f(0.0);
+    }
+    return min(point.emission * (density / (density + point.density)), vec3f(LARGEST_RADIANCE));
+}
+
 /// Two numbers of sample `index` of a cell: the R2 lattice (Roberts 2018) from a random start.
 fn sample_at(start: vec2u, index: u32) -> vec2f {
     return vec2f((start + index * vec2u(3242174889u, 2447445414u)) >> vec2u(8u)) * 5.9604644775390625e-8;
@@ -104,6 +126,10 @@ fn trace_ray(number: u32) {
             own_light = sky_by_power(origin, random_words(cell, index, CACHE_SKY_STREAM, view.seed).xy);
         }
     }
+    @if(emitting) let emitters_of_scene = all_emitters();
+    @if(emitting) {
+        own_light += emitter_by_power(emitters_of_scene, origin, random_words(cell, index, CACHE_EMITTER_STREAM, view.seed));
+    }
     if hit.distance == FAR {
         @if(environment) {
             var weight = 1.0;
@@ -116,7 +142,16 @@ fn trace_ray(number: u32) {
     } else {
         let surface = surface_at(hit, ray);
         if surface.sends {
-            own_light += surface.emission;
+            var emission = surface.emission;
+            @if(emitting) {
+                if emitters_of_scene.count > 0u && any(emission > vec3f(0.0)) {
+                    let cosine = dot(surface.geometric_normal, direction);
+                    let density = dot(origin.normal, direction) / PI;
+                    let by_power = emitter_density(emitters_of_scene, emission, direction * hit.distance, cosine);
+                    emission *= density / max(density + by_power, 1e-30);
+                }
+            }
+            own_light += emission;
             link.position = pack_position(surface.position) | vec2u(0u, select(0u, MOVES, surface.moves));
             link.surface = pack_surface(
                 surface.geometric_normal,

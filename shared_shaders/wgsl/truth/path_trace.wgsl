@@ -11,7 +11,8 @@ import package::common::streams::{PATH_GLOSSY_STREAM, PATH_LIGHT_STREAM};
 import package::truth::params::params;
 import package::truth::traversal::{FAR, Ray, Hit, traverse};
 import package::truth::surface::{Surface, materials, surface_at, unit_or, offset_length, ray_from};
-import package::truth::sources::{draw_source, emitter_density};
+import package::truth::emitters::emitter_density;
+import package::truth::sources::{all_emitters_of_scene, draw_source};
 import package::truth::sky::{sky_radiance, sky_density};
 
 // Binding 0 belongs to package::truth::params, 1 to 3 to traversal, 5 to surface, 8 to sky, 10 to sources,
@@ -323,7 +324,8 @@ fn sample_path(pixel: vec2u, start: PrimarySurface, index: u32, rays: ptr<functi
         var emission = surface.emission * params.radiance_scale;
         if DRAW_EMITTERS && any(emission > vec3f(0.0)) {
             let along = ray.direction * hit.distance;
-            let density = emitter_density(emission, along, dot(surface.geometric_normal, ray.direction));
+            let cosine_there = dot(surface.geometric_normal, ray.direction);
+            let density = emitter_density(all_emitters_of_scene(), surface.emission, along, cosine_there);
             emission *= weight_of_cosine(cosine, density);
         }
         let radiance = emission + reflected_radiance(surface, rays);

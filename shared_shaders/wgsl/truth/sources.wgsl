@@ -1,15 +1,7 @@
 // Sources of light with an area: emitting triangles and the sky. Points on them are drawn by their power.
-import package::common::math::largest;
+import package::truth::emitters::{Emitters, draw_emitter};
 import package::truth::sky::draw_sky;
 import package::truth::params::params;
-import package::truth::traversal::{
-    Ray, Crossing, triangles, texel_coordinates, attributes_at, is_present,
-};
-import package::truth::surface::{MATERIAL, materials, scaled_normal, unit_or};
-
-// For each emitting triangle: cumulative power up to and including it, as a share of 2^32 less 1; its slot in
-// `triangles`. Twin of renderer/src/truth/sources.rs.
-@group(0) @binding(10) var<storage, read> emitters: array<vec2u>;
 
 /// A point on a source that was drawn for a receiver.
 struct Source {
@@ -24,46 +16,14 @@ struct Source {
     density: f32,
 }
 
-/// Density over area at which points on a triangle are drawn, seen from a distance, as a density over solid angle.
-/// `along` leads from the receiver to the point; `cosine` is that of its direction with the triangle's normal.
-fn emitter_density(emission: vec3f, along: vec3f, cosine: f32) -> f32 {
-    // Relative to the scene's radius, because squares of tiny or huge lengths leave the range of float32.
-    let distance = along / max(params.scene_radius, 1e-30);
-    return largest(emission) * params.emitter_density * dot(distance, distance) / max(abs(cosine), 1e-12);
+fn all_emitters_of_scene() -> Emitters {
+    return Emitters(params.emitter_count, params.emitter_density, params.scene_radius);
 }
 
-/// A point on an emitting triangle, drawn by power and evenly over its area.
-fn draw_emitter(position: vec3f, word: u32, random: vec2f) -> Source {
-    var first = 0u;
-    var count = params.emitter_count - 1u;
-    while count > 0u {
-        let half = count / 2u;
-        let beyond = emitters[first + half].x < word;
-        first = select(first, first + half + 1u, beyond);
-        count = select(half, count - half - 1u, beyond);
-    }
-    let slot = emitters[first].y;
-    let a = textureLoad(triangles, texel_coordinates(slot * 3u));
-    let b = textureLoad(triangles, texel_coordinates(slot * 3u + 1u));
-    let c = textureLoad(triangles, texel_coordinates(slot * 3u + 2u));
-    let edge_1 = bitcast<vec3f>(b.xyz);
-    let edge_2 = bitcast<vec3f>(c.xyz);
-    let root = sqrt(random.x);
-    let weights = vec2f(root * (1.0 - random.y), root * random.y);
-    let mask = vec2u(b.w, c.w);
-    let crossing = Crossing(0.0, weights, mask);
-    let to_source = bitcast<vec3f>(a.xyz) - position + edge_1 * weights.x + edge_2 * weights.y;
-    let towards = unit_or(to_source / max(params.scene_radius, 1e-30), vec3f(0.0));
-    let normal = unit_or(scaled_normal(edge_1, edge_2), vec3f(0.0));
-    let cosine = dot(normal, towards);
-    let material = materials[attributes_at(slot, weights).material & MATERIAL];
-    let emission = material.emission * params.radiance_scale;
-    var radiance = emission;
-    if cosine == 0.0 || (mask.x != 0u && !is_present(slot, crossing)) {
-        radiance = vec3f(0.0);
-    }
-    let facing = select(normal, -normal, cosine > 0.0);
-    return Source(to_source, false, facing, radiance, emitter_density(emission, to_source, cosine));
+/// A point on an emitting triangle.
+fn emitter_source(position: vec3f, word: u32, random: vec2f) -> Source {
+    let point = draw_emitter(all_emitters_of_scene(), position, word, random);
+    return Source(point.along, false, point.normal, point.emission * params.radiance_scale, point.density);
 }
 
 /// A direction to the sky.
@@ -80,11 +40,11 @@ fn draw_source(position: vec3f, random: vec3u, emitters_too: bool, sky_too: bool
         return sky_source(numbers);
     }
     if !sky_too {
-        return draw_emitter(position, random.x, numbers);
+        return emitter_source(position, random.x, numbers);
     }
     // The highest bit chooses the kind; the others are the number.
     if random.x >= 0x80000000u {
         return sky_source(numbers);
     }
-    return draw_emitter(position, random.x << 1u, numbers);
+    return emitter_source(position, random.x << 1u, numbers);
 }

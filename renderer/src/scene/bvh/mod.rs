@@ -3,6 +3,7 @@
 //! The first node is the common root of two trees: of the static triangles, and of the animated ones, which is built again
 //! when they have moved.
 
+mod emitters;
 mod moving;
 mod tree;
 
@@ -11,6 +12,7 @@ use std::sync::Arc;
 use halflight_frame_graph::Gpu;
 use halflight_scenes::Scene;
 
+use emitters::Emitters;
 use moving::Joined;
 pub(crate) use moving::MovingBvh;
 use tree::{Meshes, Tree};
@@ -20,7 +22,7 @@ use tree::{Meshes, Tree};
 #[error("{0}")]
 pub struct BvhError(String);
 
-/// The BVH on a device: three textures of 16-byte texels.
+/// The BVH on a device: three textures of 16-byte texels, and a table of its emitters.
 pub struct SceneBvh {
     /// Five texels per node.
     pub nodes: wgpu::Texture,
@@ -30,8 +32,13 @@ pub struct SceneBvh {
     pub attributes: wgpu::Texture,
     /// Whether any triangle is alpha-masked.
     pub has_holes: bool,
-    /// Slot of each triangle of the scene, in the order of its indices; `None` for a triangle without an area.
-    pub(crate) slots: Vec<Option<u32>>,
+    /// The emitting triangles: see `truth/emitters.wgsl`.
+    pub emitters: wgpu::Texture,
+    /// Number of emitting triangles on which points are drawn; 0 where the scene emits evenly.
+    pub emitter_count: u32,
+    /// Density over area at which points are drawn on a surface of emission 1; areas are in units of the square of half the
+    /// diagonal of the scene's bounding box.
+    pub emitter_density: f32,
     /// The part that moves; `None` if nothing is animated.
     pub(crate) moving: Option<Arc<MovingBvh>>,
 }
@@ -42,20 +49,16 @@ impl SceneBvh {
     /// # Errors
     /// If it is too deep or too large for the device.
     pub(crate) fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, BvhError> {
-        let mut tree = Tree::build(scene, Meshes::Static)?;
+        let tree = Tree::build(scene, Meshes::Static)?;
         if scene.meshes.iter().all(|mesh| mesh.object.is_none()) {
             let nodes = bytemuck::cast_slice(&tree.nodes).to_vec();
-            return Self::upload(gpu, [nodes, tree.triangles, tree.attributes], tree.has_holes, tree.slots);
+            return Self::upload(gpu, [nodes, tree.triangles, tree.attributes], tree.has_holes, scene, &tree.slots);
         }
         let poses = scene.pose(0).objects;
         let moving = Tree::build(scene, Meshes::Animated(&poses))?;
         let has_holes = tree.has_holes || moving.has_holes;
-        let mut slots = std::mem::take(&mut tree.slots);
         let joined = Joined::new(tree, &moving);
-        for (slot, moved) in slots.iter_mut().zip(&moving.slots) {
-            *slot = slot.or(moved.map(|slot| slot + joined.first_slot()));
-        }
-        let mut bvh = Self::upload(gpu, joined.texels(&moving), has_holes, slots)?;
+        let mut bvh = Self::upload(gpu, joined.texels(&moving), has_holes, scene, &joined.slots_of(&moving))?;
         bvh.moving = Some(Arc::new(MovingBvh::new(joined, &bvh, poses)));
         Ok(bvh)
     }
@@ -64,14 +67,21 @@ impl SceneBvh {
         gpu: &Gpu,
         [nodes, triangles, attributes]: [Vec<[u32; 4]>; 3],
         has_holes: bool,
-        slots: Vec<Option<u32>>,
+        scene: &Scene,
+        slots: &[Option<u32>],
     ) -> Result<Self, BvhError> {
+        let storage = wgpu::TextureUsages::STORAGE_BINDING;
+        let words = wgpu::TextureFormat::Rgba32Uint;
+        let emitters = Emitters::of(scene, slots);
+        let sampled = wgpu::TextureUsages::TEXTURE_BINDING;
         Ok(Self {
-            nodes: upload(gpu, "scene.bvh_nodes", nodes)?,
-            triangles: upload(gpu, "scene.bvh_triangles", triangles)?,
-            attributes: upload(gpu, "scene.bvh_attributes", attributes)?,
+            nodes: upload(gpu, "scene.bvh_nodes", nodes, words, storage)?,
+            triangles: upload(gpu, "scene.bvh_triangles", triangles, words, storage)?,
+            attributes: upload(gpu, "scene.bvh_attributes", attributes, words, storage)?,
+            emitters: upload(gpu, "scene.bvh_emitters", emitters.texels(), wgpu::TextureFormat::Rg32Uint, sampled)?,
+            emitter_count: emitters.table.len() as u32,
+            emitter_density: emitters.density,
             has_holes,
-            slots,
             moving: None,
         })
     }
@@ -80,13 +90,23 @@ impl SceneBvh {
     pub(crate) fn bytes(&self) -> u64 {
         let texels = |texture: &wgpu::Texture| u64::from(texture.width()) * u64::from(texture.height());
         [&self.nodes, &self.triangles, &self.attributes].into_iter().map(texels).sum::<u64>() * 16
+            + texels(&self.emitters) * 8
     }
 }
 
 /// Texels in a row of the BVH's textures: 2^`ROW_BITS` of `truth/traversal.wgsl`.
 const ROW: usize = 4096;
 
-fn upload(gpu: &Gpu, label: &str, mut texels: Vec<[u32; 4]>) -> Result<wgpu::Texture, BvhError> {
+fn upload<const WORDS: usize>(
+    gpu: &Gpu,
+    label: &str,
+    mut texels: Vec<[u32; WORDS]>,
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> Result<wgpu::Texture, BvhError>
+where
+    [u32; WORDS]: bytemuck::Pod,
+{
     use wgpu::util::DeviceExt;
     let rows = texels.len().div_ceil(ROW).max(1);
     let most = gpu.device.limits().max_texture_dimension_2d;
@@ -95,15 +115,15 @@ fn upload(gpu: &Gpu, label: &str, mut texels: Vec<[u32; 4]>) -> Result<wgpu::Tex
             "the scene's BVH takes {rows} texture rows and the adapter allows {most}; use a scene of fewer triangles"
         )));
     }
-    texels.resize(rows * ROW, [0; 4]);
+    texels.resize(rows * ROW, [0; WORDS]);
     let descriptor = wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d { width: ROW as u32, height: rows as u32, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Uint,
-        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_DST,
+        format,
+        usage: usage | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     };
     let bytes = bytemuck::cast_slice(&texels);

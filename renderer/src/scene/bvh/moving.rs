@@ -2,13 +2,14 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use glam::{Mat4, Vec3, Vec3A};
+use glam::{Mat4, Vec3A};
 use halflight_frame_graph::Gpu;
 use halflight_scenes::Scene;
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 
 use super::{
     ROW, SceneBvh,
+    emitters::Emitters,
     tree::{Meshes, Tree},
 };
 
@@ -70,9 +71,10 @@ impl Joined {
         }
     }
 
-    /// First slot of animated triangles.
-    pub(super) fn first_slot(&self) -> u32 {
-        self.first_slot as u32
+    /// Slot of each triangle of the scene: see [`Tree::slots`].
+    pub(super) fn slots_of(&self, moving: &Tree) -> Vec<Option<u32>> {
+        let moved = |slot: &Option<u32>| slot.map(|slot| slot + self.first_slot as u32);
+        self.still.slots.iter().zip(&moving.slots).map(|(still, moving)| still.or(moved(moving))).collect()
     }
 
     /// The common root and the roots below it.
@@ -127,6 +129,7 @@ pub(crate) struct MovingBvh {
     nodes: wgpu::Texture,
     triangles: wgpu::Texture,
     attributes: wgpu::Texture,
+    emitters: wgpu::Texture,
     /// Poses of the objects as they are on the device.
     poses: Mutex<Vec<Mat4>>,
 }
@@ -141,6 +144,7 @@ impl MovingBvh {
             nodes: bvh.nodes.clone(),
             triangles: bvh.triangles.clone(),
             attributes: bvh.attributes.clone(),
+            emitters: bvh.emitters.clone(),
             poses: Mutex::new(poses),
         }
     }
@@ -159,17 +163,24 @@ impl MovingBvh {
         *uploaded = poses.to_vec();
         let first_row = |first: usize, each: usize| (first * each / ROW) as u32;
         let Joined { first_node, first_slot, .. } = self.joined;
-        write(gpu, &self.nodes, 0, bytemuck::cast_slice(&self.joined.roots(&moving)));
+        write(gpu, &self.nodes, 0, bytemuck::cast_slice::<_, [u32; 4]>(&self.joined.roots(&moving)));
         let below = self.joined.below_root(&moving);
-        write(gpu, &self.nodes, first_row(first_node, NODE), bytemuck::cast_slice(&below));
+        write(gpu, &self.nodes, first_row(first_node, NODE), bytemuck::cast_slice::<_, [u32; 4]>(&below));
         write(gpu, &self.triangles, first_row(first_slot, SHAPE), &moving.triangles);
         write(gpu, &self.attributes, first_row(first_slot, ATTRIBUTES), &moving.attributes);
+        if moving.emits {
+            // The triangles of the tree have another order.
+            write(gpu, &self.emitters, 0, &Emitters::of(scene, &self.joined.slots_of(&moving)).texels());
+        }
     }
 }
 
 /// Writes texels from the start of a row on.
-fn write(gpu: &Gpu, texture: &wgpu::Texture, first_row: u32, texels: &[[u32; 4]]) {
-    for (row, texels) in (first_row..).zip(texels.chunks(ROW)) {
+fn write<const WORDS: usize>(gpu: &Gpu, texture: &wgpu::Texture, first_row: u32, texels: &[[u32; WORDS]])
+where
+    [u32; WORDS]: bytemuck::Pod,
+{
+    for (row, texels) in (first_row..texture.height()).zip(texels.chunks(ROW)) {
         let target = wgpu::TexelCopyTextureInfo {
             texture,
             mip_level: 0,
@@ -184,6 +195,8 @@ fn write(gpu: &Gpu, texture: &wgpu::Texture, first_row: u32, texels: &[[u32; 4]]
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     /// Where a child's box is, from the node.

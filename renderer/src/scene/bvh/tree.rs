@@ -53,6 +53,8 @@ pub(super) struct Tree {
     pub(super) attributes: Vec<[u32; 4]>,
     /// Whether any triangle is alpha-masked.
     pub(super) has_holes: bool,
+    /// Whether any triangle emits light.
+    pub(super) emits: bool,
     /// Slot of each triangle of the scene, in the order of its indices; `None` for a triangle without an area or of another
     /// tree. A triangle in several leaves has several slots, of which this is one.
     pub(super) slots: Vec<Option<u32>>,
@@ -81,6 +83,7 @@ impl Tree {
             triangles: Vec::with_capacity(3 * wide.primitive_indices.len()),
             attributes: Vec::with_capacity(4 * wide.primitive_indices.len()),
             has_holes: false,
+            emits: false,
             slots: vec![None; scene.triangle_count()],
         };
         for (slot, &index) in wide.primitive_indices.iter().enumerate() {
@@ -90,6 +93,7 @@ impl Tree {
             let mask = scene.materials.get(mesh.material).and_then(|m| m.alpha_texture).map(|texture| masks[texture]);
             let [start, size] = mask.unwrap_or([0; 2]);
             bvh.has_holes |= mask.is_some();
+            bvh.emits |= scene.materials.get(mesh.material).is_some_and(|material| material.emission != [0.0; 3]);
             bvh.triangles.extend([
                 texel(triangle.v0, 0),
                 texel(triangle.v1 - triangle.v0, start),

@@ -64,6 +64,10 @@ pub fn write(state: &State) -> String {
     text
 }
 
+/// What the viewer opens with if there is no link: a scene with a sky, without indirect light beside the technique that takes
+/// all of it.
+pub const OPENING: &str = "scene=atrium&a=none&b=radiance-cache&divider=0.5";
+
 /// The state of a link, and a sentence for each part of it that cannot be used.
 pub fn read(text: &str) -> (State, Vec<String>) {
     let mut state = State::default();
@@ -196,6 +200,7 @@ mod tests {
     fn the_default_state_is_short() {
         assert_eq!(write(&State::default()), "scene=cornell&size=640x360");
         assert_eq!(read(""), (State::default(), Vec::new()));
+        assert_eq!(read(OPENING).1, Vec::<String>::new());
     }
 
     #[test]

@@ -119,7 +119,8 @@ impl Viewer {
         let adapter = adapter.unwrap_or_else(|| "unnamed adapter".into());
         let (benchmark, rest): (Vec<&str>, Vec<&str>) =
             address.split('&').partition(|part| part.starts_with("benchmark"));
-        let (mut state, messages) = address::read(&rest.join("&"));
+        let link = rest.join("&");
+        let (mut state, messages) = address::read(if link.is_empty() { address::OPENING } else { &link });
         let benchmark = !benchmark.is_empty();
         if benchmark {
             state.reference = false;

@@ -5,13 +5,23 @@ use halflight_techniques::{invocation::Invocation, preset::Preset};
 
 use crate::state::{Configuration, DROPPED, State};
 
-/// Built-in presets: a name, and the contents of a preset file.
-pub const PRESETS: [(&str, &str); 4] = [
+/// Built-in presets: a name, and the contents of a preset file. The viewer shows those of the technique that is chosen.
+pub const PRESETS: [(&str, &str); 7] = [
+    ("Low", include_str!("../presets/radiance-cache-low.toml")),
+    ("Medium", include_str!("../presets/radiance-cache-medium.toml")),
+    ("High", include_str!("../presets/radiance-cache-high.toml")),
     ("Default", include_str!("../presets/default.toml")),
     ("Fast", include_str!("../presets/fast.toml")),
     ("Fine", include_str!("../presets/fine.toml")),
     ("As published in 2009", include_str!("../presets/soler2009.toml")),
 ];
+
+/// The built-in presets of a technique.
+pub fn presets_of(technique: &str) -> Vec<(&'static str, Preset)> {
+    // A test reads every preset, so none is left out.
+    let read = |(name, text): (&'static str, &str)| Some((name, Preset::read(name.as_ref(), text).ok()?));
+    PRESETS.into_iter().filter_map(read).filter(|(_, preset)| preset.technique.name == technique).collect()
+}
 
 /// Whether the picture shows the bundled scene file unchanged.
 fn is_unchanged(state: &State) -> bool {

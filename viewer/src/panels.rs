@@ -6,7 +6,7 @@ use halflight_scenes::{Camera, Light};
 use halflight_techniques::{TECHNIQUES, parameters_of, preset::Preset};
 
 use crate::{
-    export::PRESETS,
+    export::presets_of,
     marks::Marks,
     state::{Configuration, LightChange, State},
 };
@@ -30,19 +30,18 @@ pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, marks: &
             }
         });
         marks.add(&format!("{name}.technique"), chosen.response.labelled_by(label.id).rect);
-        ui.menu_button("Presets", |ui| {
-            for (title, text) in PRESETS {
-                if ui.button(title).clicked() {
-                    // A test reads every preset, so this cannot fail.
-                    if let Ok(preset) = Preset::read(title.as_ref(), text) {
-                        apply(side, &preset);
+        let presets = presets_of(side.technique);
+        if !presets.is_empty() {
+            let menu = ui.menu_button("Presets", |ui| {
+                for (title, preset) in &presets {
+                    if ui.button(*title).clicked() {
+                        apply(side, preset);
+                        ui.close();
                     }
-                    ui.close();
                 }
-            }
-        })
-        .response
-        .on_hover_text("Sets of settings");
+            });
+            menu.response.on_hover_text("Sets of settings of this technique");
+        }
         if !side.settings.is_empty() && ui.button("Reset all").clicked() {
             side.settings.clear();
         }

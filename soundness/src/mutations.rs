@@ -128,6 +128,24 @@ pub const MUTATIONS: &[Mutation] = &[
         hidden_by: None,
     },
     Mutation {
+        name: "radiance cache: shares of coarser levels do not sum to one",
+        edits: &[("vec4f(light + left * last,", "vec4f(light + last,")],
+        rows: &["a lit floor before a wall"],
+        hidden_by: None,
+    },
+    Mutation {
+        name: "radiance cache: rays count twice",
+        edits: &[("let all = samples + f32(count);", "let all = samples + 2.0 * f32(count);")],
+        rows: &["a lit floor before a wall"],
+        hidden_by: None,
+    },
+    Mutation {
+        name: "radiance cache: records outlive a cut",
+        edits: &[("if previous.valid == 0u || age >", "if age >")],
+        rows: &["before a cut"],
+        hidden_by: None,
+    },
+    Mutation {
         name: "history outlives a cut",
         edits: &[("if previous.valid != 0u && position_before.z < 0.0 {", "if position_before.z < 0.0 {")],
         rows: &["before a cut", "frames before a still image"],

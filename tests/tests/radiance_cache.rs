@@ -32,7 +32,7 @@ fn mean_of(albedo: &[Rgb], light: &[Rgb]) -> f64 {
 #[test]
 fn the_mean_is_that_of_the_path_tracer() {
     // Records of hits are up to a fifth of the picture wide at this size, and the mean over them loses up to 4 %.
-    for (name, bounces, setting) in [("cornell", 1, "1"), ("cornell", 12, "0"), ("bars", 12, "0")] {
+    for (name, bounces, setting) in [("cornell", 1, "1"), ("cornell", 2, "2"), ("cornell", 12, "0"), ("bars", 12, "0")] {
         let scene = bundled(name);
         let truth = reference(&scene, bounces);
         let session = Session::new(device(), &scene);

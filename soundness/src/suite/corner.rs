@@ -61,7 +61,7 @@ pub fn seen_of_the_other(p: DVec3, normal: DVec3) -> f64 {
 type Claim = (&'static str, Option<(&'static str, &'static str)>, f64, &'static str);
 
 const CLAIMS: [Claim; 4] = [
-    ("radiance-cache", Some(("bounces", "first")), 0.05, "exact rays; records average over cells"),
+    ("radiance-cache", Some(("bounces", "1")), 0.05, "exact rays; records average over cells"),
     ("exhaustive", None, 0.02, "all pixels are summed; the edge itself is under a pixel wide"),
     ("bitmask", None, 0.05, "the mean is promised within 5 % where nothing is occluded"),
     ("hybrid", Some(("start_resolution", "full")), 0.05, "the mean is promised within 5 % where nothing is occluded"),

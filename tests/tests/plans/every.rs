@@ -137,7 +137,7 @@ fn cache_plans(scene: &Scene) -> Vec<FramePlan> {
         for storage in ["float16", "float32"] {
             let values = [("start_resolution", start_resolution), ("storage", storage)];
             all.push(plan(&open, "radiance-cache", &values, SIZE));
-            all.push(plan(scene, "radiance-cache", &[&values[..], &[("bounces", "first")]].concat(), SIZE));
+            all.push(plan(scene, "radiance-cache", &[&values[..], &[("bounces", "1")]].concat(), SIZE));
         }
     }
     all.retain(|plan| plan.outputs.contains_key("indirect"));

@@ -99,6 +99,9 @@ const UNIT: f32 = 1.0 / 4096.0;
 
 /// Least width of records that hits refer to, as a share of what is looked at.
 const HIT_WIDTH: f32 = 1.0 / 32.0;
+/// Rays that a record counts for at most while objects move, without emitters in the scene and with some.
+const RAYS_IN_MOTION: f32 = 16.0;
+const RAYS_IN_MOTION_OF_EMITTERS: f32 = 8.0;
 /// Further rays of a frame for new records, relative to the budget.
 const NEW_RAYS: f32 = 8.0;
 
@@ -221,7 +224,11 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
             links,
             lit: lamps.map(|(lights, ShadowMaps { maps, layers })| relight::Lit { lights, maps, layers }),
             animated: objects.zip(boxes).map(|(objects, boxes)| relight::Animated { objects, boxes }),
-            constants: relight::Constants { links: parameters.links, lights: light_count },
+            constants: relight::Constants {
+                links: parameters.links,
+                lights: light_count,
+                rays_in_motion: if scene.emitters.is_empty() { RAYS_IN_MOTION } else { RAYS_IN_MOTION_OF_EMITTERS },
+            },
         };
         plan.pass(Part::Technique, "relight", run)
             .because("lights links again where lights or objects have changed")

@@ -32,7 +32,8 @@ fn mean_of(albedo: &[Rgb], light: &[Rgb]) -> f64 {
 #[test]
 fn the_mean_is_that_of_the_path_tracer() {
     // Records of hits are up to a fifth of the picture wide at this size, and the mean over them loses up to 4 %.
-    for (name, bounces, setting) in [("cornell", 1, "1"), ("cornell", 2, "2"), ("cornell", 12, "0"), ("bars", 12, "0")] {
+    for (name, bounces, setting) in [("cornell", 1, "1"), ("cornell", 2, "2"), ("cornell", 12, "0"), ("bars", 12, "0")]
+    {
         let scene = bundled(name);
         let truth = reference(&scene, bounces);
         let session = Session::new(device(), &scene);
@@ -144,8 +145,8 @@ fn light_follows_an_object() {
         println!("right half: {right}, moving {moving:.3}, stopped {stopped:.3}");
         // The records of hits are wide at this size and lose up to 5 %.
         assert!((stopped - 1.0).abs() < 0.06, "right half: {right}, {stopped}");
-        // While objects move, records keep at most 32 rays.
-        assert!((moving - 1.0).abs() < 0.2, "right half: {right}, {moving}");
+        // While emitters move, records keep at most 8 rays: noise, which the mean has less of.
+        assert!((moving - 1.0).abs() < 0.1, "right half: {right}, {moving}");
     }
 }
 

@@ -119,23 +119,50 @@ fn cell_width(level: i32) -> f32 {
 /// Shift of the grid, in units of it, so that planes through the origin lie inside of cells.
 const SHIFT: vec3f = vec3f(0.371, 0.293, 0.437);
 
-/// The cell of a surface.
+/// Thickness of a cell along the normal of its bin, relative to its width: parallel surfaces that are close to each other
+/// have records of their own.
+const FLATNESS: f32 = 2.0;
+
+/// The normal at the centre of a bin, scaled so that its largest component is 1, times the sign of that component.
+fn slope_of(bin: u32) -> vec3f {
+    let part = (vec2f(vec2u(bin % 9u / 3u, bin % 3u)) - 1.0) * (2.0 / 3.0) * select(1.0, -1.0, bin % 18u >= 9u);
+    let axis = bin / 18u;
+    return select(select(vec3f(part, 1.0), vec3f(part.y, 1.0, part.x), axis == 1u), vec3f(1.0, part), axis == 0u);
+}
+
+/// The axis of a bin.
+fn axis_of(bin: u32) -> vec3f {
+    return select(vec3f(0.0), vec3f(1.0), vec3u(0u, 1u, 2u) == vec3u(bin / 18u));
+}
+
+/// The cell of a surface. The coordinate along the axis of its bin counts layers parallel to the bin's planes.
 fn place_of(position: vec3f, normal: vec3f, level: i32) -> Place {
     let shifted = position + SHIFT * grid.unit;
-    let coordinates = clamp(floor(shifted / cell_width(level)), vec3f(-1e9), vec3f(1e9));
-    return Place(vec3i(coordinates), (u32(level + LEVEL_BIAS) << 8u) | normal_bin(normal));
+    let bin = normal_bin(normal);
+    let axis = axis_of(bin);
+    let sheared = mix(shifted, vec3f(dot(shifted, slope_of(bin)) * FLATNESS), axis);
+    let coordinates = clamp(floor(sheared / cell_width(level)), vec3f(-1e9), vec3f(1e9));
+    return Place(vec3i(coordinates), (u32(level + LEVEL_BIAS) << 8u) | bin);
 }
 
 /// Centre of a cell.
 fn centre_of(place: Place) -> vec3f {
-    return (vec3f(place.coordinates) + 0.5) * cell_width(level_of(place.level_and_bin)) - SHIFT * grid.unit;
+    let sheared = (vec3f(place.coordinates) + 0.5) * cell_width(level_of(place.level_and_bin));
+    var shifted = sheared;
+    if (place.level_and_bin & HITS) == 0u {
+        let axis = axis_of(place.level_and_bin & 255u);
+        let across = sheared * (1.0 - axis);
+        shifted = across + axis * (dot(sheared, axis) / FLATNESS - dot(across, slope_of(place.level_and_bin & 255u)));
+    }
+    return shifted - SHIFT * grid.unit;
 }
 
 /// The cell of a hit. Its record stands for all normals that point to one face of a cube, and traces its own rays: what the
 /// camera sees of a cell is not what rays find there.
 fn place_of_hit(position: vec3f, normal: vec3f, level: i32) -> Place {
-    let place = place_of(position, normal, level);
-    return Place(place.coordinates, (place.level_and_bin & ~255u) | HITS | ((place.level_and_bin & 255u) / 9u));
+    let shifted = position + SHIFT * grid.unit;
+    let coordinates = clamp(floor(shifted / cell_width(level)), vec3f(-1e9), vec3f(1e9));
+    return Place(vec3i(coordinates), (u32(level + LEVEL_BIAS) << 8u) | HITS | (normal_bin(normal) / 9u));
 }
 
 /// The cell of a record.

@@ -31,7 +31,7 @@ override LIGHTS: u32;
 /// Rays that a record counts for at most while objects move: emission and the sky are in no link, so they have to be found
 /// again.
 @if(animated)
-const RAYS_IN_MOTION: f32 = 32.0;
+override RAYS_IN_MOTION: f32;
 
 /// A point of the world in this frame, in the world at rest of an object.
 @if(animated)

@@ -33,9 +33,10 @@ const missing = [
   [swiftshaderManifest(), "the SwiftShader of Chromium (vk_swiftshader_icd.json)"],
 ].filter(([path]) => !path);
 
-/**
- * Why tests in the browser cannot run; false if they can. `cargo xtask test` gives the path of the evaluator: then nothing
- * is skipped.
- */
-export const skip =
-  missing.length > 0 && !process.env.HALFLIGHT_EVALUATOR && `needs ${missing.map(([, what]) => what).join(", ")}`;
+const reason = missing.length > 0 && `needs ${missing.map(([, what]) => what).join(", ")}`;
+
+// `cargo xtask test` gives the path of the evaluator: then nothing is skipped.
+if (reason && process.env.HALFLIGHT_EVALUATOR) throw new Error(`The test ${reason}: install what is missing.`);
+
+/** Why tests in the browser cannot run; false if they can. */
+export const skip = reason;

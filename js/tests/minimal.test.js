@@ -9,27 +9,11 @@ import { fileURLToPath } from "node:url";
 
 import { Page } from "./browser/chromium.js";
 import { evaluatorExport, skip } from "./browser/evaluator.js";
+import { colour } from "./browser/picture.js";
 import { serve } from "./browser/server.js";
 
 const folder = skip ? "" : mkdtempSync(join(tmpdir(), "halflight-minimal-"));
 let server;
-
-/** Mean of red, green and blue over a rectangle of a screenshot, shares of its size; 0..255. */
-async function colour(page, [left, top, width, height]) {
-  const png = (await page.screenshot()).toString("base64");
-  return page.evaluate(`(async () => {
-    const bytes = Uint8Array.from(atob("${png}"), (c) => c.charCodeAt(0));
-    const picture = await createImageBitmap(new Blob([bytes]));
-    const canvas = new OffscreenCanvas(picture.width, picture.height);
-    const context = canvas.getContext("2d");
-    context.drawImage(picture, 0, 0);
-    const [w, h] = [picture.width, picture.height];
-    const { data } = context.getImageData(${left} * w, ${top} * h, ${width} * w, ${height} * h);
-    const sums = [0, 0, 0];
-    data.forEach((value, i) => { if (i % 4 < 3) sums[i % 4] += value; });
-    return sums.map((sum) => sum / (data.length / 4));
-  })()`);
-}
 
 /** Opens the example and waits for frames. */
 async function opened(search) {

@@ -16,6 +16,7 @@ use halflight_techniques::{self, preset::Preset};
 use crate::Error;
 
 mod explain;
+mod export;
 mod list;
 mod plan;
 mod recommend;
@@ -45,6 +46,8 @@ enum Command {
     Explain(explain::ExplainArgs),
     /// Recommend the settings with the lowest error within a time, or the fastest within an error.
     Recommend(recommend::RecommendArgs),
+    /// Write a plan and its shaders as files for other engines.
+    Export(export::ExportArgs),
     /// Compare two EXR or PNG images by every metric.
     Compare {
         /// The image.
@@ -120,6 +123,7 @@ pub fn main() -> ExitCode {
         Command::Truth(args) => truth::main(&args),
         Command::Compare { image, reference, json } => compare(&image, &reference, json),
         Command::Explain(args) => explain::main(&args),
+        Command::Export(args) => export::main(&args),
         Command::Recommend(args) => recommend::main(&args),
         Command::List(args) => list::main(&args),
     };

@@ -26,6 +26,7 @@ pub mod compare;
 pub mod error;
 pub mod experiment;
 pub mod explain;
+pub mod export;
 pub mod format;
 pub mod measurement;
 pub mod plan_graph;

@@ -157,6 +157,10 @@ pub struct Member {
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 include!(concat!(env!("OUT_DIR"), "/types.rs"));
 
+/// The files under `wgsl/` as they are written, with their comments, by their path without the ending. The sources of
+/// [`SHADERS`] are linked from them.
+pub const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
+
 /// The variant of a shader with these features, in their order; `first` is the index of the one without any.
 fn variant(first: usize, features: &[bool]) -> &'static Shader {
     &SHADERS[first + features.iter().rev().fold(0, |bits, &on| 2 * bits + usize::from(on))]

@@ -1,13 +1,10 @@
 //! `cargo xtask evaluate`: the main job, from a fresh clone to a report.
 
-use std::{
-    env,
-    process::{Command, ExitCode},
-};
+use std::process::{Command, ExitCode};
 
 use halflight_output::terminal;
 
-use crate::{Stop, cargo, forward, program, root, setup};
+use crate::{Stop, built_evaluator, cargo, forward, program, root, setup};
 
 /// Builds the evaluator and runs a grid; `arguments` go to `evaluator run`.
 pub fn run(arguments: &[String]) -> Result<ExitCode, Stop> {
@@ -39,10 +36,7 @@ pub fn run(arguments: &[String]) -> Result<ExitCode, Stop> {
 fn built_like_the_tests() -> Result<Command, Stop> {
     let mut build = cargo(&["build", "--workspace", "--bin", "evaluator"]);
     crate::run(&mut build, "fix what cargo printed")?;
-    // Cargo puts both side by side.
-    let own = env::current_exe()
-        .map_err(|error| Stop::failed(format!("this program's folder cannot be found ({error}): run again")))?;
-    Ok(program(own.with_file_name(format!("evaluator{}", env::consts::EXE_SUFFIX))))
+    Ok(program(built_evaluator()?))
 }
 
 /// The value of an option, written `--option value` or `--option=value`.

@@ -30,7 +30,8 @@ Commands:
   stability [ARGUMENTS]         Run the numerical stress tests; `cargo xtask stability --help` lists ARGUMENTS.
   snapshots [--accept]          Compare small images of every technique with those in tests/snapshots;
                                 --accept makes the new images the expected ones.
-  test [--quick]                Check formatting, lints (native and wasm32) and documentation, then run every test.
+  test [--quick]                Check formatting, lints (native and wasm32) and documentation, then run every test,
+                                those of the JavaScript package too if Node.js is there.
                                 --quick checks formatting and runs the tests that find most per second: under five
                                 minutes after the build on two cores.
   web [--dist DIR] [--port PORT]
@@ -116,6 +117,14 @@ fn cargo(arguments: &[&str]) -> Command {
     let mut command = program(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments);
     command
+}
+
+/// The evaluator that cargo has built in the tests' profile.
+fn built_evaluator() -> Result<PathBuf, Stop> {
+    // Cargo puts both side by side.
+    let own = env::current_exe()
+        .map_err(|error| Stop::failed(format!("this program's folder cannot be found ({error}): run again")))?;
+    Ok(own.with_file_name(format!("evaluator{}", env::consts::EXE_SUFFIX)))
 }
 
 /// A program, at the root of the workspace.

@@ -37,6 +37,13 @@ const TEST_NEEDS: [Need; 1] = [Need {
     packages: &["chromium"],
 }];
 
+/// Needed by the tests of the JavaScript package.
+const NODE_NEEDS: [Need; 1] = [Need {
+    what: "Node.js with npm (the tests of the JavaScript package run in it)",
+    found: node,
+    packages: &["nodejs", "npm"],
+}];
+
 /// Names under which the browser tests look for Chromium: those of `web/tests/browser/chromium.rs`.
 const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
 
@@ -50,10 +57,23 @@ pub fn for_tests() -> Result<(), Stop> {
     provide(&TEST_NEEDS)
 }
 
+/// Installs Node.js where packages can be installed. Returns whether it is there.
+pub fn for_node_tests() -> Result<bool, Stop> {
+    if can_install() {
+        provide(&NODE_NEEDS)?;
+    }
+    Ok(node())
+}
+
+/// Whether missing packages are installed: on Debian and Ubuntu, as root.
+fn can_install() -> bool {
+    is_root() && Path::new("/usr/bin/apt-get").exists()
+}
+
 fn provide(needs: &[Need]) -> Result<(), Stop> {
     let missing = || needs.iter().filter(|need| !(need.found)());
     let packages: Vec<&str> = missing().flat_map(|need| need.packages).copied().collect();
-    if !packages.is_empty() && is_root() && Path::new("/usr/bin/apt-get").exists() {
+    if !packages.is_empty() && can_install() {
         let apt_get = |arguments: &[&str]| {
             let mut command = Command::new("apt-get");
             command.args(arguments).args(["--quiet", "--yes"]).env("DEBIAN_FRONTEND", "noninteractive");
@@ -109,6 +129,14 @@ fn browser() -> bool {
     }
     let path = env::var_os("PATH").unwrap_or_default();
     BROWSERS.iter().any(|name| env::split_paths(&path).any(|folder| folder.join(name).is_file()))
+}
+
+fn node() -> bool {
+    ["node", "npm"].iter().all(|name| {
+        let mut program = Command::new(name);
+        program.arg("--version");
+        succeeds(program)
+    })
 }
 
 fn cpp_compiler() -> bool {

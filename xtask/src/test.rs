@@ -2,12 +2,12 @@
 
 use std::{
     io::{BufRead, BufReader},
-    process::{ExitCode, Stdio},
+    process::{Command, ExitCode, Stdio},
 };
 
 use halflight_output::terminal;
 
-use crate::{Stop, cargo, run, setup};
+use crate::{Stop, built_evaluator, cargo, program, run, setup};
 
 /// The crates that run in a browser.
 const PORTABLE: [&str; 18] = [
@@ -54,7 +54,8 @@ pub fn run_quick() -> Result<ExitCode, Stop> {
     setup::system()?;
     setup::rust()?;
     run(&mut cargo(&["fmt", "--all", "--check"]), "run cargo fmt --all")?;
-    tests(&[&["--lib", "--bins"][..], &QUICK.map(|name| ["--test", name]).concat()].concat())
+    let tally = tests(&[&["--lib", "--bins"][..], &QUICK.map(|name| ["--test", name]).concat()].concat())?;
+    tally.conclude()
 }
 
 /// Stops at the first kind of check that fails; of the tests, runs all.
@@ -73,30 +74,54 @@ pub fn run_all() -> Result<ExitCode, Stop> {
         cargo(&["doc", "--workspace", "--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "--deny warnings"),
         "fix the documentation that it names",
     )?;
-    tests(&[])
+    let mut tally = tests(&[])?;
+    if setup::for_node_tests()? {
+        node_tests(&mut tally)?;
+    } else {
+        terminal::note("the tests of the JavaScript package are left out: this computer lacks Node.js with npm");
+    }
+    tally.conclude()
 }
 
-/// Runs these targets' tests, or every test where none is given. The last line is `N passed, N failed`.
-fn tests(targets: &[&str]) -> Result<ExitCode, Stop> {
+/// Runs the tests of the JavaScript package, on the evaluator that cargo has built, and lists what npm would publish.
+fn node_tests(tally: &mut Tally) -> Result<(), Stop> {
+    let package = crate::root().join("js");
+    let mut node = program("node");
+    node.args(["--test", "--test-reporter=tap"]).current_dir(&package).env("HALFLIGHT_EVALUATOR", built_evaluator()?);
+    let before = tally.announced;
+    read_tests(node, tally)?;
+    if tally.announced == before {
+        return Err(Stop::failed("no test of the JavaScript package ran: fix what Node.js printed"));
+    }
+    run(program("npm").args(["pack", "--dry-run"]).current_dir(&package), "fix js/package.json")
+}
+
+/// Runs these targets' tests, or every test where none is given.
+fn tests(targets: &[&str]) -> Result<Tally, Stop> {
     // Always the workspace: alone, a crate's dependencies would have fewer features and be built once more.
     let mut command = cargo(&["test", "--workspace", "--no-fail-fast"]);
     command.args(targets);
+    let mut tally = Tally::default();
+    read_tests(command, &mut tally)?;
+    if tally.announced == 0 {
+        return Err(Stop::failed("no test ran: fix what cargo printed"));
+    }
+    Ok(tally)
+}
+
+/// Runs a command and counts the tests that its output reports.
+fn read_tests(mut command: Command, tally: &mut Tally) -> Result<(), Stop> {
     terminal::note(format_args!("== {}", crate::typed(&command)));
     let unreadable = |error| Stop::failed(format!("the tests' output cannot be read ({error}): run again"));
     let mut child = command.stdout(Stdio::piped()).spawn().map_err(unreadable)?;
-    let mut tally = Tally::default();
     for line in child.stdout.take().into_iter().flat_map(|out| BufReader::new(out).split(b'\n')) {
         let line = line.map_err(unreadable)?;
         let line = String::from_utf8_lossy(&line);
         terminal::print_line(&line)?;
         tally.read(&line);
     }
-    let status = child.wait().map_err(unreadable)?;
-    if tally.announced == 0 {
-        return Err(Stop::failed("no test ran: fix what cargo printed"));
-    }
-    terminal::print_line(format_args!("{} passed, {} failed", tally.passed, tally.failed()))?;
-    Ok(if status.success() && tally.failed() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    tally.stopped |= !child.wait().map_err(unreadable)?.success();
+    Ok(())
 }
 
 /// Sums over test binaries.
@@ -105,10 +130,18 @@ struct Tally {
     announced: usize,
     passed: usize,
     ignored: usize,
+    /// Whether a program that ran tests failed.
+    stopped: bool,
 }
 
 impl Tally {
-    /// Counts a line that a test binary printed.
+    /// Prints `N passed, N failed`, the last line.
+    fn conclude(&self) -> Result<ExitCode, Stop> {
+        terminal::print_line(format_args!("{} passed, {} failed", self.passed, self.failed()))?;
+        Ok(if !self.stopped && self.failed() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    }
+
+    /// Counts a line that a test binary or Node.js printed.
     fn read(&mut self, line: &str) {
         let number = |words: &str| words.trim().split(' ').next().and_then(|word| word.parse().ok()).unwrap_or(0);
         if let Some(rest) =
@@ -122,6 +155,15 @@ impl Tally {
                     Some((n, "ignored")) => self.ignored += number(n),
                     _ => {}
                 }
+            }
+        } else if let Some((what, count)) = line.strip_prefix("# ").and_then(|rest| rest.split_once(' ')) {
+            // Node.js ends with one such line for each kind of result. Only numbers follow these words there.
+            let Ok(count) = count.parse::<usize>() else { return };
+            match what {
+                "tests" => self.announced += count,
+                "pass" => self.passed += count,
+                "skipped" | "todo" => self.ignored += count,
+                _ => {}
             }
         }
     }
@@ -146,8 +188,18 @@ mod tests {
             test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.00s\n\
             running late";
         lines.lines().for_each(|line| tally.read(line));
-        assert_eq!(tally, Tally { announced: 13, passed: 10, ignored: 2 });
+        assert_eq!(tally, Tally { announced: 13, passed: 10, ignored: 2, stopped: false });
         assert_eq!(tally.failed(), 1);
+    }
+
+    #[test]
+    fn tests_of_node_count() {
+        let mut tally = Tally::default();
+        let lines = "# Subtest: pass 3\n    ok 1 - a\n# tests 52\n# suites 6\n# pass 48\n# fail 2\n# cancelled 1\n\
+            # skipped 1\n# todo 0\n# duration_ms 882.9";
+        lines.lines().for_each(|line| tally.read(line));
+        assert_eq!(tally, Tally { announced: 52, passed: 48, ignored: 1, stopped: false });
+        assert_eq!(tally.failed(), 3, "a cancelled test did not pass");
     }
 
     #[test]

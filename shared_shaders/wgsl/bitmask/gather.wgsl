@@ -298,7 +298,8 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
         // Each slice rounds its sectors by another random number.
         let rounding = select(0.5, max(fract(chance + GOLDEN * f32(i)), LEAST_CHANCE), RADIOMETRIC);
         let jitter = select(0.5, fract(random.y + GOLDEN * f32(i)), JITTER);
-        var state: State;
+        // With its value: Chromium does not reset a variable without one in a loop.
+        var state = State();
         var right = begin_walk(receiver, slice, reach, 1.0, jitter, rounding, screen);
         let other = select(0.5, fract(jitter + 0.5), JITTER);
         var left = begin_walk(receiver, slice, reach, -1.0, other, rounding, screen);

@@ -1,0 +1,109 @@
+// The part of measure.js that runs in the browser: both methods on the G-buffer of one frame, compared with the reference.
+
+import { screenCoordinate, texture, vec4 } from "three/tsl";
+import { EXRLoader } from "three/addons/loaders/EXRLoader.js";
+import { GLTFExporter } from "three/addons/exporters/GLTFExporter.js";
+import { denoise } from "three/addons/tsl/display/DenoiseNode.js";
+import { ssgi } from "three/addons/tsl/display/SSGINode.js";
+import { FloatType, NodeMaterial, QuadMesh, RenderTarget } from "three/webgpu";
+
+import { openRenderer } from "./gbuffer.js";
+import { makeScene } from "./scene.js";
+import { ScreenLight } from "./screen-light.js";
+
+/** The scene with its camera as glTF, in base64. */
+async function exportScene(width, height) {
+  const { scene, camera } = makeScene();
+  camera.aspect = width / height;
+  camera.lookAt(0, 1, 0);
+  scene.add(camera);
+  scene.updateMatrixWorld();
+  const bytes = new Uint8Array(await new GLTFExporter().parseAsync(scene, { binary: true }));
+  return btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
+}
+
+/** Three numbers a pixel, rows from the top. */
+function rgb(pixels, width, height, channels, flip) {
+  const result = new Float32Array(3 * width * height);
+  for (let y = 0; y < height; y++)
+    for (let x = 0; x < width; x++)
+      for (let c = 0; c < 3; c++)
+        result[3 * (y * width + x) + c] = pixels[channels * ((flip ? height - 1 - y : y) * width + x) + c];
+  return result;
+}
+
+async function reference(url) {
+  const { image } = await new EXRLoader().setDataType(FloatType).loadAsync(url);
+  const { data, width, height } = image;
+  // The loader begins at the bottom.
+  return rgb(data, width, height, data.length / (width * height), true);
+}
+
+/**
+ * Root of the mean square of the difference, mean of it, and the factor of the light that makes it least: over the pixels that
+ * show a surface.
+ */
+function errors(all, reference, mask) {
+  const [found, wanted] = [all, reference].map((one) => one.filter((_, i) => mask[i]));
+  let [squares, sum, product, own] = [0, 0, 0, 0];
+  found.forEach((value, i) => {
+    squares += (value - wanted[i]) ** 2;
+    sum += value - wanted[i];
+    product += value * wanted[i];
+    own += value * value;
+  });
+  const factor = own > 0 ? product / own : 1;
+  const scaled = found.reduce((all, value, i) => all + (factor * value - wanted[i]) ** 2, 0);
+  return {
+    rmse: Math.sqrt(squares / found.length),
+    bias: sum / found.length,
+    factor,
+    scaled: Math.sqrt(scaled / found.length),
+  };
+}
+
+/** Errors of `albedo * indirect` of each method. `truth` are files of the final image with no bounce and with one. */
+async function measure({ width, height, truth, plans, presets }) {
+  const { scene, camera } = makeScene();
+  const { renderer, target, nodes, drawGBuffer, resize } = await openRenderer();
+  resize(camera, width, height);
+  camera.lookAt(0, 1, 0);
+  const [unlit, lit] = await Promise.all(truth.map(reference));
+  const wanted = lit.map((value, i) => value - unlit[i]);
+
+  const results = new RenderTarget(width, height, { type: FloatType, depthBuffer: false });
+  const read = async (node) => {
+    const quad = new QuadMesh(new NodeMaterial());
+    quad.material.fragmentNode = vec4(node, 1);
+    renderer.setRenderTarget(results);
+    quad.render(renderer);
+    // Materials are made in the first frame, and SSGINode renders before it.
+    quad.render(renderer);
+    renderer.setRenderTarget(null);
+    return rgb(await renderer.readRenderTargetPixelsAsync(results, 0, 0, width, height), width, height, 4, false);
+  };
+  const { direct, normal, albedo, depth } = nodes;
+  drawGBuffer(scene, camera);
+  const reflecting = await read(albedo.rgb);
+  const mask = reflecting.map((_, i) => Math.max(...reflecting.subarray(i - (i % 3), i - (i % 3) + 3)) > 0);
+  const rows = [{ method: "direct light alone", ...errors(await read(direct.rgb.mul(0)), wanted, mask) }];
+  for (const { name, settings, spatial } of presets) {
+    const three = ssgi(direct, depth, normal, camera);
+    three.useTemporalFiltering = false;
+    for (const [key, value] of Object.entries(settings)) three[key].value = value;
+    const light = spatial ? denoise(three.getGINode(), depth, normal, camera) : three.getGINode();
+    rows.push({ method: name, ...errors(await read(albedo.rgb.mul(light.rgb)), wanted, mask) });
+  }
+  for (const { name, folder } of plans) {
+    const light = await ScreenLight.load(renderer, folder, target);
+    light.update(camera);
+    const ours = texture(light.texture).load(screenCoordinate);
+    rows.push({ method: name, ...errors(await read(albedo.rgb.mul(ours.rgb)), wanted, mask) });
+  }
+  const shown = wanted.filter((_, i) => mask[i]);
+  const mean = shown.reduce((sum, value) => sum + value, 0) / shown.length;
+  return { rows, mean, direct: errors(await read(direct.rgb), unlit, mask) };
+}
+
+window.exportScene = exportScene;
+window.measure = measure;

@@ -451,7 +451,7 @@ fn paths(
         open = sums[at + OCCLUSION];
     }
     for (var i = 0u; i < params.sample_count; i++) {
-        var result: Sample;
+        var result = Sample();
         if BOUNCES != 0u {
             result = sample_path(pixel, start, params.first_sample + i, &rays);
         } else if OCCLUSION != 0u {

@@ -202,7 +202,7 @@ fn traverse(ray: Ray, reach: f32, any: bool, holes: bool) -> Hit {
         // Alpha masks are tested outside the loop, because a wave that branches by masking would fetch masks for every
         // triangle.
         var doubtful = Crossing(FAR, vec2f(), vec2u());
-        var slot: u32;
+        var slot = 0u;
         loop {
             let bit = firstTrailingBit(pending.y);
             pending.y ^= 1u << bit;

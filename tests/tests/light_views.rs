@@ -78,7 +78,7 @@ fn truth(scene: &Scene) -> f64 {
 
 /// Mean over these frames.
 fn found(scene: &Scene, technique: &str, more: &[(&str, &str)], count: u32) -> f64 {
-    let session = Session::new(device(), scene);
+    let session = Session::new(device(), scene).keep_all();
     let base: &[(&str, &str)] = match technique {
         "ssdo" => &[],
         "rsm" => &[("start_resolution", "full"), ("storage", "float32")],
@@ -155,7 +155,7 @@ fn a_lights_view_shows_what_rays_of_double_precision_meet() {
         panel.uvs = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         scene.meshes.push(panel);
         scene.lights = vec![light];
-        let session = Session::new(device(), &scene);
+        let session = Session::new(device(), &scene).keep_all();
         let mut frames =
             frames(&session, &request("rsm", &[("light_view_size", "64"), ("direct.shadow_map_size", "64")], SIZE));
         frames.run(0).unwrap();

@@ -290,7 +290,7 @@ fn bounces_share_the_pyramid_and_the_voxels() {
     let expected: Vec<String> = [vec!["albedo_of_surfels".into()], bounce(2).into(), bounce(3).into()].concat();
     assert_eq!(added(&passes(&one), &passes(&three)), expected);
     // Memory does not grow with further bounces.
-    assert_eq!(plan("8", "all").technique_bytes(), three.technique_bytes());
+    assert!(plan("8", "all").technique_bytes() <= three.technique_bytes());
     // Each further bounce gathers once a level: eight cost less than eight frames of one.
     let gathers = |plan: &FramePlan| passes(plan).iter().filter(|name| name.starts_with("gather_")).count();
     assert_eq!(gathers(&plan("8", "all")), 8 * gathers(&one));

@@ -184,7 +184,7 @@ fn frames_of_many_passes_keep_their_times() {
     let mut texture = |name: &str| plan.texture(name, [8, 8], wgpu::TextureFormat::Rgba32Float, "test");
     let [light, so_far, sum] = ["light", "so_far", "sum"].map(&mut texture);
     for index in 0..PASSES {
-        plan.pass(Part::Technique, format!("sum_{index}"), Sum { light, so_far, sum }).over([8, 8]);
+        plan.pass(Part::Technique, format!("sum_{index}"), Sum { light, so_far, sum, float16: false }).over([8, 8]);
     }
     let graph = CompiledGraph::new(gpu, plan, &Externals::default());
     let view = camera_view(&bundled("cornell").camera, [8, 8], 0.1);

@@ -18,7 +18,7 @@ use halflight_native::{
 use halflight_renderer::{
     DirectSource, PlanInputs, Planner, extra_views,
     gi::Technique,
-    parameters::Settings,
+    parameters::{Settings, Value},
     plan_frame, plan_scene, plan_technique_of_scene, plan_within,
     scene::{BvhError, SceneBuffers, SceneFacts, SceneMotion, camera_view},
     texels::decoder,
@@ -221,6 +221,10 @@ impl<'a> Session<'a> {
         textures: impl FnOnce() -> HashMap<&'static str, wgpu::Texture>,
     ) -> Result<Frames<'a>, Error> {
         let Wanted { facts, technique, settings, size, seed } = wanted;
+        // Direct light of images and measurements is not rounded, unless that is what is measured.
+        let mut settings = settings.clone();
+        settings.entry("direct.storage".to_owned()).or_insert_with(|| Value::parse("float32"));
+        let settings = &settings;
         let gpu = &self.native.gpu;
         let parameters = technique.map(|technique| (technique.parameters)()).unwrap_or_default();
         let inputs = PlanInputs { parameters: &parameters, settings, size };

@@ -371,7 +371,7 @@ mod tests {
         pass(&mut plan, "between", a, b);
         // Writes where there is no surface.
         let environment = plan.scene_buffer("scene.environment", "test");
-        plan.pass(Part::Direct, "sky", Sky { depth: given, environment, direct: a }).over(SIZE);
+        plan.pass(Part::Direct, "sky", Sky { depth: given, environment, direct: a, float16: false }).over(SIZE);
         let all = ["first", "between", "sky"];
         assert_eq!(with(&plan, "first"), all);
         assert_eq!(with(&plan, "between"), all, "the contents that it read have been written over");

@@ -48,7 +48,8 @@ fn reprojection_of_a_moving_object_lands_on_the_same_surface_point() {
     run.run(6).unwrap();
     let depth = run.read("depth").unwrap().unwrap();
     let bytes = run.read_bytes("object").unwrap().expect("something moves, and the filter follows it");
-    let object: &[u32] = bytemuck::cast_slice(&bytes);
+    // One byte, because there are less than 256 objects.
+    let object: Vec<u32> = bytes.iter().map(|&object| object.into()).collect();
     let history = run.read_bytes("history").unwrap().unwrap();
     let history: &[[u32; 4]] = bytemuck::cast_slice(&history);
     let [tx, ty] = run.view().tan_half_fov.map(f64::from);

@@ -124,11 +124,15 @@ impl Dependencies {
             link(resource, plan, shared.contains(&resource), (&writes, &reads), &mut leads_to);
         }
         let mut direct: Vec<_> = plan.passes.iter().map(|pass| direct(plan, pass)).collect();
+        let mut first_writer = vec![None; plan.resources.len()];
+        for (pass, written) in writes.iter().enumerate() {
+            for (id, _) in written {
+                first_writer[id.0].get_or_insert(pass);
+            }
+        }
         for (pass, read) in reads.iter().enumerate() {
-            let written =
-                |passes: &[Vec<Place>], id: ResourceId| passes.iter().flatten().any(|&(other, _)| other == id);
             // Nothing has written it yet in this frame.
-            if read.iter().any(|&id| written(&writes[pass..], id) && !written(&writes[..pass], id)) {
+            if read.iter().any(|id| first_writer[id.0].is_some_and(|first| first >= pass)) {
                 direct[pass].insert(Dependency::History);
             }
         }
@@ -143,12 +147,16 @@ impl Dependencies {
     /// What each pass reads, itself or through other passes, that no pass writes: it runs when any of it changes.
     pub(super) fn causes(&self) -> Vec<BTreeSet<Dependency>> {
         let mut all = vec![BTreeSet::new(); self.direct.len()];
+        // A plan has many passes and few things that they depend on.
+        let mut passes_of: BTreeMap<Dependency, Vec<usize>> = BTreeMap::new();
         for (pass, direct) in self.direct.iter().enumerate() {
-            let mut due = vec![None; all.len()];
-            due[pass] = Some(Cause::First);
-            self.spread(&mut due, &mut vec![pass]);
-            for (reached, _) in due.iter().enumerate().filter(|(_, cause)| cause.is_some()) {
-                all[reached].extend(direct.iter().copied());
+            direct.iter().for_each(|&cause| passes_of.entry(cause).or_default().push(pass));
+        }
+        for (cause, mut first) in passes_of {
+            while let Some(pass) = first.pop() {
+                if all[pass].insert(cause) {
+                    first.extend(&self.leads_to[pass]);
+                }
             }
         }
         all
@@ -213,36 +221,34 @@ impl Contents {
         });
         Self { writers: numbered.collect(), is_shared: false, is_output: false }
     }
-
-    /// Passes of a version.
-    fn of_version(&self, wanted: usize) -> impl Iterator<Item = usize> {
-        self.writers.iter().filter(move |(_, version)| *version == wanted).map(|&(pass, _)| pass)
-    }
 }
 
+/// Links the passes of one place. Those of a version lead to each other in a ring, so that the number of links grows with
+/// the number of passes only: whatever reaches one of them reaches all.
 fn link_part(contents: &Contents, readers: &[usize], leads_to: &mut [BTreeSet<usize>]) {
-    let Some(&(last, newest)) = contents.writers.last() else { return };
+    let writers = &contents.writers;
+    let Some(&(last, newest)) = writers.last() else { return };
     let mut connect = |from: usize, to: usize| {
         if from != to {
             leads_to[from].insert(to);
         }
     };
-    for &(pass, version) in &contents.writers {
+    for version in writers.chunk_by(|(_, a), (_, b)| a == b) {
         // Passes of one version continue each other's work.
-        contents.of_version(version).for_each(|other| connect(pass, other));
+        let next = version.iter().cycle().skip(1);
+        version.iter().zip(next).for_each(|(&(pass, _), &(next, _))| connect(pass, next));
         if contents.is_output {
             // Callers see the last version.
-            contents.of_version(newest).for_each(|other| connect(pass, other));
+            connect(version[0].0, last);
         }
     }
     for &reader in readers {
-        let seen = contents.writers.iter().rev().find(|&&(pass, _)| pass < reader);
-        for writer in seen.into_iter().flat_map(|&(_, version)| contents.of_version(version)) {
-            connect(writer, reader);
-            // Other passes write the same place before or after, so the inputs may be gone in the next frame.
-            if reader < last || newest > 0 || contents.is_shared {
-                connect(reader, writer);
-            }
+        let before = writers.partition_point(|&(pass, _)| pass < reader);
+        let Some(&(writer, _)) = before.checked_sub(1).map(|index| &writers[index]) else { continue };
+        connect(writer, reader);
+        // Other passes write the same place before or after, so the inputs may be gone in the next frame.
+        if reader < last || newest > 0 || contents.is_shared {
+            connect(reader, writer);
         }
     }
 }

@@ -1,8 +1,8 @@
-//! What narrower formats cost: block relMSE against the wide format. With `SCENE FRAMES`, of the formats that a setting
-//! chooses, for means over that many frames. With pairs of EXR images of `evaluator render`, for each layer that both
+//! What narrower formats cost: block relMSE against the wide format. With `SCENE FRAMES`, and techniques if not all are
+//! wanted, of the formats that a setting chooses, for means over that many frames. With pairs of EXR images of `evaluator render`, for each layer that both
 //! have; the first image of a pair is the one under test.
 //!
-//!     cargo run --release -p halflight-evaluator --example formats -- atrium 1
+//!     cargo run --release -p halflight-evaluator --example formats -- atrium 1 hierarchical
 //!     cargo run --release -p halflight-evaluator --example formats -- narrow.exr wide.exr ...
 #![allow(clippy::disallowed_macros, reason = "an example prints")]
 
@@ -62,10 +62,11 @@ fn files(paths: &[String]) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn settings(scene: &Scene, frames: u32) -> Result<(), Box<dyn Error>> {
+fn settings(scene: &Scene, frames: u32, wanted: &[String]) -> Result<(), Box<dyn Error>> {
     let native = NativeGpu::open(&AdapterChoice::from("any"))?;
     let session = Session::new(&native, scene);
-    for (name, values, key, output) in CASES {
+    let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|wanted| wanted == name);
+    for (name, values, key, output) in CASES.into_iter().filter(|case| is_wanted(case.0)) {
         let mut mask = Vec::new();
         let mut mean = |storage: &str| -> Result<Vec<Rgb>, Box<dyn Error>> {
             let of = |(key, value): (&str, &str)| (key.to_owned(), Value::parse(value));
@@ -86,7 +87,9 @@ fn settings(scene: &Scene, frames: u32) -> Result<(), Box<dyn Error>> {
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = env::args().skip(1).collect();
     match arguments.as_slice() {
-        [scene, frames] if !scene.ends_with(".exr") => settings(&bundled::scene(scene)?, frames.parse()?),
+        [scene, frames, wanted @ ..] if !scene.ends_with(".exr") => {
+            settings(&bundled::scene(scene)?, frames.parse()?, wanted)
+        }
         paths => files(paths),
     }
 }

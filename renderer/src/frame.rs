@@ -25,6 +25,8 @@ use crate::{
 
 /// Pixels that one invocation of `composite.wgsl` computes.
 const COMPOSITE_PIXELS: u32 = 4;
+/// Fetches of a pixel of the final image: direct, albedo, indirect, glossy light with its material, transmitted light.
+const COMPOSITE_COST: u64 = 7;
 
 /// Source of a frame's direct light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -351,6 +353,7 @@ fn plan_indirect_from(
     let composite = Composite { direct: shown, albedo, indirect, final_image, float16, glossy, transmitted };
     plan.pass(Part::Technique, "composite", composite)
         .because("final = direct + albedo * indirect")
+        .costs(COMPOSITE_COST * u64::from(COMPOSITE_PIXELS))
         .over([size[0].div_ceil(COMPOSITE_PIXELS), size[1]]);
     plan.outputs.extend([("indirect", indirect), ("final", image)]);
     Ok(())

@@ -160,6 +160,16 @@ impl Upsampling {
     }
 }
 
+/// Fetches of an invocation of upsample_linear.wgsl: surfel and light of four parents, depth and normal of four pixels
+/// with the weights of four parents each.
+pub const LINEAR_COST: u64 = 4 * 2 + 4 * (2 + 4);
+
+/// Fetches of an invocation of upsample.wgsl, which computes all texels below one of this many across: surfel and light of
+/// nine parents, two or three fetches of a texel with the weights of nine parents each.
+pub fn upsample_cost(children: u32) -> u64 {
+    9 * 2 + u64::from(children).pow(2) * (3 + 9)
+}
+
 /// Upsamples light of a level to the display, as a texture of this name. Returns the light itself if the level has the
 /// display's resolution. R32Float textures hold one number per texel. Rgba32Uint textures are surfels whose radiance is
 /// the light; from half resolution, with the linear kernel.
@@ -202,6 +212,7 @@ pub fn to_display(
         };
         plan.pass(Part::Technique, pass, run)
             .because("the gather starts at half resolution")
+            .costs(LINEAR_COST)
             .over(level.size.map(|v| v + 1));
         return display;
     }
@@ -217,6 +228,9 @@ pub fn to_display(
         params: upsample::Params { fine_scale: 1.0, coarse_scale: level.scale as f32 },
         constants: upsampling.constants(level, 1, false),
     };
-    plan.pass(Part::Technique, pass, run).because("the gather starts below full resolution").over(level.size);
+    plan.pass(Part::Technique, pass, run)
+        .because("the gather starts below full resolution")
+        .costs(upsample_cost(level.scale))
+        .over(level.size);
     display
 }

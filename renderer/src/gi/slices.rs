@@ -15,6 +15,9 @@ use halflight_shared_shaders::{Call, ambient::Ambient};
 /// Stands for an unlimited radius, scene units. Its square is finite, and no scene is as large.
 const FAR: f32 = 1e15;
 
+/// Rays to the sky of a pixel: `RAYS` of ambient/ambient.wgsl.
+const AMBIENT_RAYS: u64 = 16;
+
 /// A gather along slices.
 pub struct SliceGather {
     /// Name of the technique, for the reason of the pass.
@@ -116,7 +119,8 @@ impl SliceGather {
                 grid: voxels.grid,
                 voxels: voxels.voxels,
             };
-            plan.pass(Part::Technique, "ambient", run).because("the scene has an environment").over(size);
+            let cost = AMBIENT_RAYS * voxels.ray_cost(plan);
+            plan.pass(Part::Technique, "ambient", run).because("the scene has an environment").costs(cost).over(size);
             indirect
         })
     }

@@ -154,12 +154,7 @@ fn lane_positions(threads: &[Thread], first: usize) -> Vec<usize> {
 
 fn heading(plan: &FramePlan, width: usize, height: usize) -> String {
     let [w, h] = plan.display_size;
-    let total = bytes_in_words(plan.bytes());
-    let title = format!(
-        "Frame of {w}×{h} pixels: {} passes, {total}, of which the technique {}",
-        plan.passes.len(),
-        bytes_in_words(plan.technique_bytes())
-    );
+    let title = format!("Frame of {w}×{h} pixels: {} passes, {}", plan.passes.len(), plan.bytes_in_words());
     let mut svg = format!(
         r#"<svg xmlns="http://www.w3.org/2000/svg" class="plan" role="img" viewBox="0 0 {width} {height}" width="{width}" height="{height}" style="max-width:100%;height:auto">
 <style>{STYLE}</style>

@@ -11,8 +11,8 @@ use halflight_shared_shaders::BindingKind;
 use crate::{
     Gpu, View,
     plan::{
-        Cause, Dependencies, Dependency, DispatchPart, FramePlan, Handle, Pass, Resource, ResourceId, ResourceKind,
-        Tile,
+        Cause, Dependencies, Dependency, DispatchPart, FramePlan, Handle, Memory, Pass, Resource, ResourceId,
+        ResourceKind, Tile,
     },
     uniform,
 };
@@ -58,6 +58,9 @@ pub struct Externals<'a> {
     pub scene: Option<&'a dyn Provider>,
     /// Textures by name.
     pub textures: HashMap<&'static str, wgpu::Texture>,
+    /// Whether every texture and buffer has memory of its own, so that all contents can be read after a frame. For checks
+    /// and pictures of single steps; results are the same.
+    pub keep_all: bool,
 }
 
 impl Externals<'_> {
@@ -81,6 +84,8 @@ pub struct CompiledGraph {
     /// The uniform block `previous`, one per view, and its layout; `None` if no pass reads the previous frame.
     previous: Option<(Vec<wgpu::Buffer>, &'static BindingKind)>,
     dependencies: Dependencies,
+    /// Where textures and buffers lie; `None` if each has memory of its own.
+    memory: Option<Memory>,
     frame_state: Mutex<FrameState>,
     /// The contents of the buffers that depend on handles, as last written.
     written: Mutex<Vec<Option<Vec<u8>>>>,
@@ -146,18 +151,22 @@ impl CompiledGraph {
     }
 
     fn with_histories(gpu: &Gpu, plan: FramePlan, externals: &Externals, old: Option<&CompiledGraph>) -> Self {
-        let mut textures: Vec<_> = plan
-            .resources
-            .iter()
-            .map(|resource| match resource.kind {
-                ResourceKind::Texture { size, layers, format } => {
-                    Some(make_texture(gpu, &resource.name, size, layers, format))
-                }
-                ResourceKind::Previous { size, format, .. } => Some(make_texture(gpu, &resource.name, size, 1, format)),
-                ResourceKind::External { .. } => externals.texture(&resource.name),
+        let memory = (!externals.keep_all).then(|| plan.memory());
+        // The owner of memory is made first, and all that lie in it are the same object.
+        let owner = |index: usize| memory.as_ref().map_or(index, |memory| memory.owner(ResourceId(index)).0);
+        let mut order: Vec<usize> = (0..plan.resources.len()).collect();
+        order.sort_by_key(|&index| owner(index) != index);
+        let mut textures: Vec<Option<wgpu::Texture>> = vec![None; plan.resources.len()];
+        for &index in &order {
+            let Resource { name, kind, .. } = &plan.resources[index];
+            textures[index] = match *kind {
+                _ if owner(index) != index => textures[owner(index)].clone(),
+                ResourceKind::Texture { size, layers, format } => Some(make_texture(gpu, name, size, layers, format)),
+                ResourceKind::Previous { size, format, .. } => Some(make_texture(gpu, name, size, 1, format)),
+                ResourceKind::External { .. } => externals.texture(name),
                 ResourceKind::Data { .. } | ResourceKind::Buffer { .. } => None,
-            })
-            .collect();
+            };
+        }
         let mut frame_state = FrameState::new(plan.passes.len());
         if let Some(old) = old {
             let adopted = adopt_histories(&plan, &mut textures, old);
@@ -167,32 +176,25 @@ impl CompiledGraph {
                 (frame_state.last, frame_state.ping_pong) = (old.last, old.ping_pong);
             }
         }
-        let data: Vec<_> = plan
-            .resources
-            .iter()
-            .map(|resource| match &resource.kind {
-                ResourceKind::Data { bytes, .. } => {
-                    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM;
-                    Some(make_buffer(gpu, &resource.name, bytes, usage))
+        let mut buffers: Vec<Option<wgpu::Buffer>> = vec![None; plan.resources.len()];
+        for &index in &order {
+            use wgpu::BufferUsages as Usage;
+            let Resource { name, kind, .. } = &plan.resources[index];
+            buffers[index] = match (kind, externals.scene) {
+                _ if owner(index) != index => buffers[owner(index)].clone(),
+                (ResourceKind::Data { bytes, .. }, _) => {
+                    Some(make_buffer(gpu, name, bytes, Usage::STORAGE | Usage::UNIFORM))
                 }
-                _ => None,
-            })
-            .collect();
-        let buffers: Vec<_> = plan
-            .resources
-            .iter()
-            .zip(&data)
-            .map(|(resource, data)| match (&resource.kind, externals.scene) {
                 (&ResourceKind::Buffer { size }, _) => Some(gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some(&resource.name),
+                    label: Some(name),
                     size,
-                    usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+                    usage: Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST,
                     mapped_at_creation: false,
                 })),
-                (ResourceKind::External { .. }, Some(scene)) => scene.buffer(gpu, &resource.name),
-                _ => data.clone(),
-            })
-            .collect();
+                (ResourceKind::External { .. }, Some(scene)) => scene.buffer(gpu, name),
+                _ => None,
+            };
+        }
         let block =
             |name| plan.passes.iter().flat_map(|pass| pass.shader.bindings()).find(|b| b.name == name).map(|b| &b.kind);
         let uniform = |label, size| {
@@ -224,6 +226,7 @@ impl CompiledGraph {
             view_layout,
             previous,
             dependencies: Dependencies::of(&plan),
+            memory,
             frame_state: Mutex::new(frame_state),
             written: Mutex::new(plan.resources.iter().map(|resource| handle_contents(&resource.kind)).collect()),
             timer: Timer::new(gpu, plan.passes.len()),
@@ -284,8 +287,12 @@ impl CompiledGraph {
         self.dependencies.have_history()
     }
 
-    /// A texture of the plan after the last frame. A history returns another texture after every frame.
+    /// A texture of the plan after the last frame; `None` if another one has taken over its memory (see
+    /// [`Externals::keep_all`]). A history returns another texture after every frame.
     pub fn texture(&self, id: ResourceId) -> Option<&wgpu::Texture> {
+        if !self.outlives_frame(id) {
+            return None;
+        }
         self.textures[resolve_history(&self.plan, id, self.frame_state().ping_pong).0].as_ref()
     }
 
@@ -337,9 +344,18 @@ impl CompiledGraph {
         self.frame_state().ran.clone()
     }
 
-    /// A buffer of the plan.
+    /// A buffer of the plan after the last frame; `None` if another one has taken over its memory.
     pub fn buffer(&self, id: ResourceId) -> Option<&wgpu::Buffer> {
-        self.buffers[id.0].as_ref()
+        self.buffers[id.0].as_ref().filter(|_| self.outlives_frame(id))
+    }
+
+    fn outlives_frame(&self, id: ResourceId) -> bool {
+        self.memory.as_ref().is_none_or(|memory| memory.outlives_frame(id))
+    }
+
+    /// Whether textures and buffers that do not live at once share memory.
+    pub fn shares_memory(&self) -> bool {
+        self.memory.is_some()
     }
 
     /// A result of the plan by name, for example `indirect`.

@@ -2,7 +2,7 @@
 
 use std::{
     collections::HashMap,
-    sync::{Mutex, OnceLock, PoisonError},
+    sync::{Mutex, PoisonError},
 };
 
 use halflight_shared_shaders::{EntryPoint, Shader};
@@ -22,8 +22,8 @@ pub struct Gpu {
     /// Work that one dispatch and one submission may do: [`WORK_ON_GPU`], or [`WORK_ON_PROCESSOR`] on a software adapter. A
     /// change counts for graphs that are compiled after it.
     pub work_at_once: u64,
-    /// Clears a part of a depth target.
-    pub(crate) clear_pipeline: OnceLock<wgpu::RenderPipeline>,
+    /// Clear a part of a depth target of each format.
+    pub(crate) clear_pipelines: Mutex<HashMap<wgpu::TextureFormat, wgpu::RenderPipeline>>,
     modules: Mutex<HashMap<&'static str, wgpu::ShaderModule>>,
     /// Sources that replace those of the build.
     replaced: Mutex<HashMap<&'static str, String>>,
@@ -32,8 +32,8 @@ pub struct Gpu {
 }
 
 /// Key of a render pipeline: shader, constants (values as bits, because equality must be exact), formats of the colour
-/// targets, and whether hidden surfaces are drawn. Everything else is the same for all pipelines.
-type RenderKey = (&'static str, Vec<(String, u64)>, Vec<wgpu::TextureFormat>, bool);
+/// targets, that of the depth target, and whether hidden surfaces are drawn. Everything else is the same for all pipelines.
+type RenderKey = (&'static str, Vec<(String, u64)>, Vec<wgpu::TextureFormat>, wgpu::TextureFormat, bool);
 
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct ComputeKey {
@@ -47,7 +47,7 @@ impl Gpu {
     /// Features to request if the adapter offers them: timestamps only.
     pub const WANTED_FEATURES: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY;
 
-    /// Format of every depth target.
+    /// Format of depth targets. Maps of directional lights may have a narrower one.
     pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
     /// Wraps an existing device: of a window, a browser page or another renderer.
@@ -61,7 +61,7 @@ impl Gpu {
             queue,
             timestamp_period,
             memory: None,
-            clear_pipeline: OnceLock::new(),
+            clear_pipelines: Mutex::default(),
             modules: Mutex::default(),
             replaced: Mutex::default(),
             compute: Mutex::default(),
@@ -163,17 +163,17 @@ impl Gpu {
     }
 
     /// The pipeline that draws the scene's triangles with entry points `vertex` and, if the shader has one, `fragment`:
-    /// two-sided, reversed depth, into targets of these formats. With `hidden`, hidden surfaces are drawn too and depth
+    /// two-sided, reversed depth, into colour targets and a depth target of these formats. With `hidden`, hidden surfaces are drawn too and depth
     /// is not written.
     pub fn render_pipeline(
         &self,
         shader: &'static Shader,
         constants: &[(&str, f64)],
-        formats: &[wgpu::TextureFormat],
+        (formats, depth): (&[wgpu::TextureFormat], wgpu::TextureFormat),
         hidden: bool,
     ) -> wgpu::RenderPipeline {
         let bits = constants.iter().map(|(name, value)| (name.to_string(), value.to_bits())).collect();
-        let key = (shader.name, bits, formats.to_vec(), hidden);
+        let key = (shader.name, bits, formats.to_vec(), depth, hidden);
         if let Some(pipeline) = self.render.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
             return pipeline.clone();
         }
@@ -190,7 +190,7 @@ impl Gpu {
             },
             primitive: wgpu::PrimitiveState::default(),
             depth_stencil: Some(wgpu::DepthStencilState {
-                format: Self::DEPTH_FORMAT,
+                format: depth,
                 depth_write_enabled: Some(!hidden),
                 depth_compare: Some(if hidden {
                     wgpu::CompareFunction::Always

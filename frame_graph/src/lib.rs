@@ -14,8 +14,8 @@ mod view;
 pub use compiled::{Changed, CompiledGraph, Externals, PassTime, Provider, Triangles};
 pub use gpu::Gpu;
 pub use plan::{
-    BeyondLimits, Cause, Demand, Dependency, DeviceLimits, Draw, ExternalSize, FramePlan, Handle, History, Limit, Part,
-    Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Tile, WORK_ON_GPU, WORK_ON_PROCESSOR, When,
-    Work, bytes_in_words, check_external,
+    BeyondLimits, Cause, Demand, Dependency, DeviceLimits, Draw, ExternalSize, FramePlan, Handle, History, Limit,
+    Memory, Part, Pass, PassBuilder, PlannedView, Resource, ResourceId, ResourceKind, Tile, WORK_ON_GPU,
+    WORK_ON_PROCESSOR, When, Work, bytes_in_words, check_external,
 };
 pub use view::{Continuity, View};

@@ -10,6 +10,7 @@ mod dependencies;
 mod display;
 mod division;
 mod limits;
+mod memory;
 mod pass_builder;
 
 pub(crate) use dependencies::Dependencies;
@@ -18,6 +19,7 @@ pub use display::bytes_in_words;
 pub(crate) use division::{DIVISION, Part as DispatchPart};
 pub use division::{WORK_ON_GPU, WORK_ON_PROCESSOR};
 pub use limits::{BeyondLimits, Demand, DeviceLimits, ExternalSize, Limit, check_external};
+pub use memory::Memory;
 pub use pass_builder::{PassBuilder, Tile};
 
 /// A texture or buffer of a plan, by its index in [`FramePlan::resources`].
@@ -468,23 +470,5 @@ impl FramePlan {
     /// The pass of this name.
     pub fn find(&self, name: &str) -> Option<&Pass> {
         self.passes.iter().find(|pass| pass.name == name)
-    }
-
-    /// Bytes of all resources, without those of the caller.
-    pub fn bytes(&self) -> u64 {
-        self.resources.iter().map(Resource::bytes).sum()
-    }
-
-    /// Bytes of all resources that passes of the technique write.
-    pub fn technique_bytes(&self) -> u64 {
-        let mut written: Vec<ResourceId> =
-            self.passes.iter().filter(|p| p.part == Part::Technique).flat_map(|p| p.reads_and_writes().1).collect();
-        written.sort();
-        written.dedup();
-        // Both textures of a history count.
-        let before = self.resources.iter().filter(
-            |resource| matches!(resource.kind, ResourceKind::Previous { of, .. } if written.binary_search(&of).is_ok()),
-        );
-        written.iter().map(|id| &self.resources[id.0]).chain(before).map(Resource::bytes).sum()
     }
 }

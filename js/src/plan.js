@@ -160,6 +160,7 @@ export const FORMATS = [
   "r32float",
   "r32uint",
   "rg32float",
+  "rg32uint",
   "rgba8unorm",
   "rgba16float",
   "rgba16uint",

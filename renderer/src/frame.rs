@@ -16,8 +16,8 @@ pub use within::{PlanInputs, Planner, plan_within};
 use self::surfaces::{GBuffer, LookedUp, SceneResources, plan_direct, plan_gbuffer};
 use crate::{
     gi::{
-        ExtraView, GBufferNeeds, Inputs, MotionInputs, ReceiveOnlyInputs, Technique,
-        shadow_maps::{ShadowMaps, plan_shadow_maps},
+        ExtraView, GBufferNeeds, Inputs, MotionInputs, ReceiveOnlyInputs, Storage, Technique,
+        shadow_maps::{DirectLight, ShadowMaps, plan_shadow_maps},
     },
     parameters::{Settings, SettingsError},
     scene::SceneFacts,
@@ -25,6 +25,8 @@ use crate::{
 
 /// Pixels that one invocation of `composite.wgsl` computes.
 const COMPOSITE_PIXELS: u32 = 4;
+/// Fetches of a pixel of the final image: direct, albedo, indirect, glossy light with its material, transmitted light.
+const COMPOSITE_COST: u64 = 7;
 
 /// Source of a frame's direct light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -109,8 +111,10 @@ fn plan_receive_only(plan: &mut FramePlan, facts: &SceneFacts, gbuffer: &GBuffer
 fn plan_source(plan: &mut FramePlan, direct: ResourceId, receive_only: Option<ReceiveOnlyInputs>) -> ResourceId {
     let Some(ReceiveOnlyInputs { material, flags }) = receive_only else { return direct };
     let size = plan.display_size;
-    let source = plan.texture("source", size, Format::Rgba32Float, "direct light without receive-only surfaces");
-    plan.pass(Part::Technique, "source", Source { direct, material, receive_only: flags, source })
+    let float16 = plan.resources[direct.0].format() == Some(Format::Rgba16Float);
+    let format = if float16 { Format::Rgba16Float } else { Format::Rgba32Float };
+    let source = plan.texture("source", size, format, "direct light without receive-only surfaces");
+    plan.pass(Part::Technique, "source", Source { direct, material, receive_only: flags, source, float16 })
         .because("some materials are receive-only")
         .over(size);
     source
@@ -159,7 +163,7 @@ fn plan_extra_views(
         let tan_half_fov = camera.tan_half_fov(width, height);
         let view = plan.add_view(format!("camera_{}", index + 1), camera.view_matrix(), tan_half_fov);
         views.push(plan.from_view(view, |plan| {
-            let gbuffer = plan_gbuffer(plan, &facts.needs, scene, DirectSource::Rendered, false, LookedUp::default());
+            let gbuffer = plan_gbuffer(plan, facts, scene, DirectSource::Rendered, false, LookedUp::default());
             let direct = plan_direct(plan, facts, scene, &gbuffer, shadow);
             let receive_only = plan_receive_only(plan, facts, &gbuffer);
             let direct = plan_source(plan, direct, receive_only);
@@ -188,12 +192,13 @@ fn plan_scene_for(
             .then(|| plan.scene_buffer("scene.texels", "materials with textures")),
         objects: (facts.needs.moving_objects > 0)
             .then(|| plan.changing_scene_buffer("scene.objects", "objects are animated")),
+        direct: DirectLight::from_settings(settings)?.storage,
     };
     let looked_up = LookedUp {
         glossy: facts.needs.glossy && needs.glossy_material,
         translucent: facts.needs.translucent && needs.translucent_material,
     };
-    let gbuffer = plan_gbuffer(&mut plan, &facts.needs, &scene, direct, follows, looked_up);
+    let gbuffer = plan_gbuffer(&mut plan, facts, &scene, direct, follows, looked_up);
     let (direct, shadow) = match direct {
         DirectSource::Given => (plan.external("direct", "direct light of the caller"), None),
         DirectSource::Rendered => {
@@ -201,7 +206,8 @@ fn plan_scene_for(
             let direct = plan_direct(&mut plan, facts, &scene, &gbuffer, shadow);
             if facts.needs.environment {
                 let environment = plan.scene_buffer("scene.environment", "environment light");
-                plan.pass(Part::Direct, "sky", Sky { depth: gbuffer.depth, environment, direct })
+                let float16 = scene.direct == Storage::Float16;
+                plan.pass(Part::Direct, "sky", Sky { depth: gbuffer.depth, environment, direct, float16 })
                     .because("the environment is visible where there is no surface")
                     .over(size);
             }
@@ -347,6 +353,7 @@ fn plan_indirect_from(
     let composite = Composite { direct: shown, albedo, indirect, final_image, float16, glossy, transmitted };
     plan.pass(Part::Technique, "composite", composite)
         .because("final = direct + albedo * indirect")
+        .costs(COMPOSITE_COST * u64::from(COMPOSITE_PIXELS))
         .over([size[0].div_ceil(COMPOSITE_PIXELS), size[1]]);
     plan.outputs.extend([("indirect", indirect), ("final", image)]);
     Ok(())

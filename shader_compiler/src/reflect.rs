@@ -17,8 +17,17 @@ const MAX_SAMPLED_TEXTURES: usize = 16;
 const MAX_INVOCATIONS: u32 = 256;
 
 /// Storage texture formats that WebGPU guarantees for writing.
-const STORAGE_FORMATS: [&str; 8] =
-    ["R32Float", "R32Uint", "Rgba8Unorm", "Rgba16Float", "Rgba32Float", "Rgba32Uint", "Rgba16Uint", "Rg32Float"];
+const STORAGE_FORMATS: [&str; 9] = [
+    "R32Float",
+    "R32Uint",
+    "Rgba8Unorm",
+    "Rgba16Float",
+    "Rgba32Float",
+    "Rgba32Uint",
+    "Rgba16Uint",
+    "Rg32Float",
+    "Rg32Uint",
+];
 
 /// How the linker begins names that come from an imported module.
 pub(crate) const IMPORTED: &str = "package_";

@@ -34,6 +34,21 @@ pub struct GBuffer {
     pub pixels: Vec<Pixel>,
 }
 
+/// The four words of each surfel, with the radiance of its plane if it has none of its own.
+fn surfel_words(frames: &Frames, scale: u32) -> Vec<[u32; 4]> {
+    let read = |name: &str| frames.read_bytes(name).expect("the texture is read").expect("the level exists");
+    let name = format!("surfels_{scale}");
+    let bytes = read(&name);
+    let narrow = frames.texture(&name).is_some_and(|texture| texture.format() == wgpu::TextureFormat::Rg32Uint);
+    if !narrow {
+        return bytemuck::cast_slice(&bytes).to_vec();
+    }
+    let (surfels, planes) = (bytemuck::cast_slice::<_, [u32; 2]>(&bytes), read("planes"));
+    let planes: &[[u32; 4]] = bytemuck::cast_slice(&planes);
+    let both = surfels.iter().zip(planes);
+    both.map(|(&[depth, normal], plane)| [depth, normal, plane[3], plane[1] & 63 | (plane[2] & 63) << 6]).collect()
+}
+
 impl GBuffer {
     /// Reads the textures that the device wrote in the last frame.
     ///
@@ -58,7 +73,7 @@ impl GBuffer {
     }
 
     /// Reads the surfels of squares of `scale` pixels as the pixels of a smaller image. The layout is that of
-    /// common/surfel.wgsl.
+    /// common/surfel.wgsl; if the surfels have no radiance, it is that of the planes (common/plane.wgsl).
     ///
     /// # Panics
     /// Where the plan has no such level.
@@ -67,9 +82,7 @@ impl GBuffer {
         let tan_half_fov = view.tan_half_fov.map(f64::from);
         let display = view.display_size.map(f64::from);
         let size = view.display_size.map(|v| v.div_ceil(scale));
-        let bytes =
-            frames.read_bytes(&format!("surfels_{scale}")).expect("the surfels are read").expect("the level exists");
-        let words: &[[u32; 4]] = bytemuck::cast_slice(&bytes);
+        let words = surfel_words(frames, scale);
         let pixels = words.iter().enumerate().map(|(i, words)| {
             let texel = [i as u32 % size[0], i as u32 / size[0]];
             let offset = [words[3] >> 12 & 511, words[3] >> 21 & 511];

@@ -53,7 +53,7 @@ impl Configuration {
 
     fn run(&self, native: &NativeGpu) -> Result<(Option<String>, bool), Error> {
         let scene = self.scene();
-        let session = Session::new(native, &scene);
+        let session = Session::new(native, &scene).keep_all();
         let settings = with_small_shadows(&self.settings());
         let request = Request { technique: self.technique(), settings, size: self.size, seed: self.seed, direct: None };
         let mut frames = match session.frames(&request) {

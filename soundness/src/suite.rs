@@ -1,6 +1,7 @@
 //! The rows, run one after another.
 
 use halflight_evaluator::{Error, progress::Progress};
+use halflight_frame_graph::FramePlan;
 use halflight_native::NativeGpu;
 use halflight_renderer::{gi::Technique, parameters::Settings, scene::SceneFacts};
 use halflight_techniques::{TECHNIQUES, technique};
@@ -13,6 +14,16 @@ pub mod corner;
 mod extremes;
 mod invariances;
 mod precision;
+
+/// Number of float16 textures that the light shown by a plan passes through at most: each may truncate it once.
+fn float16_textures(plan: &FramePlan) -> usize {
+    let shown = ["indirect", "final"].iter().find_map(|name| plan.outputs.get(name));
+    let halves = plan.resources.iter().enumerate().filter(|(index, resource)| {
+        let is_half = resource.format() == Some(wgpu::TextureFormat::Rgba16Float);
+        is_half && resource.name != "normal" && (resource.name != "final" || shown.is_some_and(|id| id.0 == *index))
+    });
+    halves.count()
+}
 
 /// What to run.
 #[derive(Clone, Debug)]

@@ -50,7 +50,7 @@ fn the_nan_check_counts_what_a_shader_writes() {
         native.gpu.replace_source(shader, shader.source.replace(store, &format!("{bad} {limit} {store}")));
     }
     let scene = scenes::lamp_court();
-    let session = Session::new(&native, &scene);
+    let session = Session::new(&native, &scene).keep_all();
     for (storage, infinite, clamped) in [("float32", 1, 1), ("float16", 2, 0)] {
         let settings = Settings::from([("hierarchical.storage".to_owned(), Value::Text(storage.into()))]);
         let technique = technique("hierarchical").unwrap();

@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let plan = plan_technique(technique("hierarchical")?, &settings, SIZE)?;
     let gpu = Gpu::new(device.clone(), queue.clone());
     let textures = [("depth", depth), ("normal", normal), ("direct", direct), ("albedo", albedo)].into();
-    let recording = CompiledGraph::new(&gpu, plan, &Externals { scene: None, textures });
+    let recording = CompiledGraph::new(&gpu, plan, &Externals { textures, ..Default::default() });
     let world_to_view = glam::Mat4::IDENTITY;
     let continuity = Default::default();
     let view = View { world_to_view, tan_half_fov: TAN, display_size: SIZE, near: 0.1, frame: 0, seed: 0, continuity };

@@ -98,8 +98,7 @@ parameters! {
         /// Share a of the history in the filtered light; 0 is off. Half of an old image is gone after ln 2 / -ln a
         /// frames.
         temporal_a: f32 = 0.0, in 0.0..=0.999, unit "1", grid [0.0, 0.9], role Plan;
-        /// Storage of light at full resolution after a gather at half resolution. float16 has half the bytes and clamps
-        /// at 65,504.
+        /// Storage of light at full resolution. float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
     }
 }
@@ -131,36 +130,38 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         storage: parameters.storage,
     };
     let source = Inputs { direct: feedback.as_ref().map_or(inputs.direct, |feedback| feedback.source), ..*inputs };
-    let light = slices.plan(plan, &source, |SliceInputs { surfels, planes, gathered, sky, packed, scale, radius }| {
-        Call::from(Gather {
-            surfels,
-            planes,
-            gathered,
-            ambient: sky.is_some(),
-            light: lit,
-            packed,
-            wide: sectors > 32,
-            environment: sky.map(|sky| sky.environment),
-            grid: sky.map(|sky| sky.voxels.grid),
-            voxels: sky.map(|sky| sky.voxels.voxels),
-            params: gather::Params {
-                scale,
-                radius,
-                thickness: parameters.thickness,
-                thickness_slope: parameters.thickness_slope,
-            },
-            constants: gather::Constants {
-                slices: parameters.slices,
-                steps: parameters.steps,
-                sectors,
-                spacing: parameters.spacing as u32,
-                jitter: parameters.jitter == Switch::On,
-                radiometric: parameters.estimator == Estimator::Radiometric,
-                over_frames: parameters.temporal_a > 0.0,
-                ambient: parameters.ambient as u32,
-            },
-        })
-    });
+    let light =
+        slices.plan(plan, &source, |SliceInputs { surfels, planes, gathered, sky, packed, float16, scale, radius }| {
+            Call::from(Gather {
+                surfels,
+                planes,
+                gathered,
+                ambient: sky.is_some(),
+                light: lit,
+                packed,
+                float16,
+                wide: sectors > 32,
+                environment: sky.map(|sky| sky.environment),
+                grid: sky.map(|sky| sky.voxels.grid),
+                voxels: sky.map(|sky| sky.voxels.voxels),
+                params: gather::Params {
+                    scale,
+                    radius,
+                    thickness: parameters.thickness,
+                    thickness_slope: parameters.thickness_slope,
+                },
+                constants: gather::Constants {
+                    slices: parameters.slices,
+                    steps: parameters.steps,
+                    sectors,
+                    spacing: parameters.spacing as u32,
+                    jitter: parameters.jitter == Switch::On,
+                    radiometric: parameters.estimator == Estimator::Radiometric,
+                    over_frames: parameters.temporal_a > 0.0,
+                    ambient: parameters.ambient as u32,
+                },
+            })
+        });
     let light = temporal_filter(plan, inputs, light, parameters.temporal_a);
     if let (Some(feedback), Some(light)) = (feedback, light) {
         feedback.write_history(plan, inputs, light);

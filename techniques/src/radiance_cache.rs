@@ -31,7 +31,7 @@ use halflight_renderer::{
         GBufferNeeds, Inputs, LightSources, Reach, StartResolution, Storage, Technique, UpsamplingKernel,
         bvh::plan_bvh,
         denoise::denoised,
-        resolution::{Upsampling, pyramid, to_display},
+        resolution::{LINEAR_COST, Upsampling, pyramid, to_display},
         shadow_maps::{ShadowMaps, plan_shadow_maps},
     },
     parameters,
@@ -289,6 +289,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     };
     plan.pass(Part::Technique, "upsample", run)
         .because("interpolates at half resolution, and lists pixels where no surfel fits")
+        .costs(LINEAR_COST)
         .over(level.size.map(|v| v + 1));
     let run = Fill { depth, normal, grid, cells, counters, mixed, indirect, float16 };
     plan.pass(Part::Technique, "fill", run)

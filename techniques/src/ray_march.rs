@@ -38,8 +38,7 @@ parameters! {
         resolution: Resolution = Resolution::Full, unit "", grid [Resolution::Full, Resolution::Half], role Plan;
         /// Passes of the spatial filter, each of 3x3 taps at twice the previous distance; 0 for none.
         denoise: u32 = 1, in 0..=4, unit "1", grid [0, 1, 2], role Plan;
-        /// Storage of light at full resolution after a gather at half resolution. float16 has half the bytes and clamps
-        /// at 65,504.
+        /// Storage of light at full resolution. float16 has half the bytes and clamps at 65,504.
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
     }
 }
@@ -67,7 +66,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         denoise: parameters.denoise,
         storage: parameters.storage,
     };
-    Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, sky, packed, scale, radius }| {
+    Ok(slices.plan(plan, inputs, |SliceInputs { surfels, planes, gathered, sky, packed, float16, scale, radius }| {
         Call::from(March {
             surfels,
             planes,
@@ -75,6 +74,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
             ambient: sky.is_some(),
             light: parameters.finds == Finds::Light,
             packed,
+            float16,
             environment: sky.map(|sky| sky.environment),
             grid: sky.map(|sky| sky.voxels.grid),
             voxels: sky.map(|sky| sky.voxels.voxels),

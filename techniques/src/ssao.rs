@@ -9,7 +9,7 @@ use halflight_renderer::gi::{GBufferNeeds, Inputs, LightSources, Technique};
 use halflight_renderer::{
     gi::{
         StartResolution, Storage, UpsamplingKernel,
-        resolution::{Upsampling, pyramid, to_display},
+        resolution::{Upsampling, dark_surfels, to_display},
     },
     parameters,
     parameters::{Settings, SettingsError},
@@ -43,7 +43,7 @@ pub const TECHNIQUE: Technique = Technique {
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Ssao::from_settings(settings)?;
     let radius = inputs.nearby(parameters.radius, Ssao::TECHNIQUE)?;
-    let level = pyramid(plan, inputs, false, parameters.start_resolution.divisor(), 0).remove(0);
+    let level = dark_surfels(plan, inputs, parameters.start_resolution.divisor());
     let gathered = plan.texture("gathered", level.size, Format::R32Float, "ambient visibility at the start resolution");
     let run = Gather {
         surfels: level.surfels,

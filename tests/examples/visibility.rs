@@ -63,7 +63,7 @@ fn main() -> ExitCode {
     let args = Args::parse();
     for path in &args.scenes {
         let result = open_scene(path).and_then(|scene| {
-            let session = Session::new(device(), &scene);
+            let session = Session::new(device(), &scene).keep_all();
             let needs = &session.facts.needs;
             println!("{}: {} watertight meshes, {} others", scene.name, needs.watertight_meshes, needs.open_meshes);
             errors(&args, &session)?;

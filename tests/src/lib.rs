@@ -1,5 +1,6 @@
 //! Helpers of the tests that need more than one crate: one device per test binary, bundled scenes, requests and images.
 
+pub mod show;
 pub mod snapshot;
 
 use std::{

@@ -50,7 +50,7 @@ const SIZE: [u32; 2] = [96, 72];
 #[test]
 fn radiometric_finds_openness_and_light_of_a_corner() {
     let scene = corner();
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let size = SIZE;
     let mut shown = frames(&session, &request("none", &[], size));
     shown.run(0).unwrap();
@@ -113,7 +113,7 @@ fn ball_on_floor() -> Scene {
 #[test]
 fn radiometric_finds_openness_under_a_ball() {
     let scene = ball_on_floor();
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let mut shown = frames(&session, &request("none", &[], SIZE));
     shown.run(0).unwrap();
     // Before the ball, where the eye sees all of the ball that the floor sees: openness 1 - (r / d)^3.
@@ -134,7 +134,7 @@ fn radiometric_finds_openness_under_a_ball() {
 #[test]
 fn the_gather_agrees_with_double_precision() {
     let scene = scenes::court();
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let size = [64, 48];
     for (estimator, spacing, resolution, radius, sectors) in [
         ("radiometric", "exponential", "full", 0.0, 32),
@@ -199,13 +199,13 @@ fn the_gather_agrees_with_double_precision() {
 #[test]
 fn resolution_units_and_steps_do_not_move_the_mean() {
     let scene = scenes::court();
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let mut large = scene.clone();
     let scale = |v: &mut [f32; 3]| *v = v.map(|v| v * 1000.0);
     large.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions).for_each(scale);
     scale(&mut large.camera.eye);
     scale(&mut large.camera.target);
-    let large = Session::new(device(), &large);
+    let large = Session::new(device(), &large).keep_all();
     let base = [("slices", "2"), ("steps", "16"), ("thickness", "0.3")];
     let of = |session: &Session, radius, changed: &[(&str, &str)], size| {
         let settings: Vec<_> = base
@@ -247,7 +247,7 @@ fn resolution_units_and_steps_do_not_move_the_mean() {
 #[test]
 fn at_equal_samples_slices_are_less_noisy_than_rays() {
     let scene = bundled("cornell");
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let deviation = |technique: &str, settings: &[(&str, &str)]| {
         let thick = [("denoise", "0"), ("steps", "16"), ("thickness", "0.2"), ("thickness_slope", "0")];
         let settings = [&thick, settings].concat();
@@ -270,7 +270,7 @@ fn a_closed_white_room_converges_under_the_geometric_series() {
     // The furnace's walls send 0.5; painted white they also reflect all that arrives.
     let mut scene = bundled("furnace");
     scene.materials.iter_mut().for_each(|material| material.albedo = [1.0; 3]);
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let sent = scene.materials[0].emission[0];
     for bound in ["0.5", "0.95"] {
         let settings = [("feedback", bound), ("slices", "2"), ("storage", "float32")];
@@ -294,7 +294,7 @@ fn a_closed_white_room_converges_under_the_geometric_series() {
 #[test]
 fn extremes_are_finite_and_sensible() {
     let scene = scenes::court();
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let mean = |settings: &[(&str, &str)]| {
         let settings = [&[("finds", "occlusion"), ("denoise", "0")], &*with_slope("bitmask", settings)].concat();
         let mut frames = frames(&session, &request("bitmask", &settings, [48, 36]));
@@ -333,7 +333,7 @@ fn behind_thin_bars_the_bitmask_is_nearer_to_rays_than_horizons() {
     let size = [128, 72];
     let request = TruthRequest { ambient_occlusion: Some(2.0), ..TruthRequest::new(scene.camera, size) };
     let truth = trace(&scene, &request, 64).ambient_occlusion.unwrap().mean;
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let rmse = |technique: &str, settings: &[(&str, &str)]| {
         let settings = [&[("radius", "2"), ("slices", "4"), ("steps", "16")], settings].concat();
         let image = converged(&session, technique, &settings, size, 2);
@@ -354,7 +354,7 @@ fn the_environment_lights_what_is_open() {
     let common = [("thickness", "0"), ("slices", "4"), ("steps", "16"), ("storage", "float32")];
     // Of radiance 1 from everywhere a surface receives its openness, which has a closed form.
     scene.environment = Some(Environment::constant([1.0; 3]));
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let mut shown = frames(&session, &request("none", &[], size));
     shown.run(0).unwrap();
     let open: Vec<_> = world(&shown)
@@ -401,7 +401,7 @@ fn the_environment_lights_what_is_open() {
     scene.environment = Some(Environment { map: Some("sky".into()), width, height, texels });
     // A wall that hides one side of the sky.
     scene.meshes.push(scenes::quad(Vec3::new(0.3, 0.0, 0.0), 2.0 * Vec3::Z, 1.2 * Vec3::Y, 0));
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let traced = trace(&scene, &ray, 256);
     let mask: Vec<bool> = traced.depth.iter().map(|&depth| depth > 0.0).collect();
     let traced = traced.indirect.unwrap().mean;

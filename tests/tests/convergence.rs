@@ -60,7 +60,7 @@ struct Reference<'a> {
 
 impl<'a> Reference<'a> {
     fn new(scene: &'a Scene, size: [u32; 2], receivers: usize, samples: u32) -> Self {
-        let session = Session::new(device(), scene);
+        let session = Session::new(device(), scene).keep_all();
         let mut scene_frames = session.scene_frames(&Default::default(), size).unwrap();
         scene_frames.run(0).unwrap();
         let gbuffer = GBuffer::read(&scene_frames);
@@ -153,7 +153,7 @@ fn the_mean_does_not_move_in_the_atrium() {
 #[test]
 fn both_rings_are_the_same_when_they_cover_the_screen() {
     let scene = scenes::court();
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let image =
         |ring| halflight_tests::render(&session, &request("hierarchical", &[("ring", ring)], [96, 54]), "indirect");
     // The outermost ring ends at the diagonal in either case, so all radii are equal.
@@ -180,7 +180,7 @@ fn discs_of_whole_samples_lose_light_when_they_are_few() {
 #[test]
 fn each_level_gathers_its_ring() {
     let scene = scenes::court();
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     // 100 x 61: the last column and row of a level reach beyond the screen.
     let size = [100, 61];
     let settings = [("start_resolution", "half"), ("levels", "3"), ("disc_area", "texel"), ("samples", "64")];

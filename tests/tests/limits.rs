@@ -11,6 +11,7 @@ use halflight_renderer::{
     scene::SceneFacts,
 };
 use halflight_scenes::{Camera, Light, Material, Mesh, Scene, Texture};
+use halflight_techniques::TECHNIQUES;
 use halflight_tests::{device, known, render, request, settings};
 
 const SIZE: [u32; 2] = [48, 27];
@@ -218,4 +219,48 @@ fn what_would_fit_is_found_by_planning() {
     let with = |size: u32| settings("none", &[("direct.shadow_map_size", &size.to_string())]);
     assert_eq!(fits(memory, &with(most), SIZE), Ok(()), "{error}");
     assert!(fits(memory, &with(most + 1), SIZE).is_err(), "{error}");
+}
+
+#[test]
+fn images_beyond_every_texture_are_refused_with_a_size_that_fits() {
+    let scene = scene(vec![sun(0, 1.0)]);
+    let facts = SceneFacts::of(&scene);
+    for technique in TECHNIQUES {
+        let parameters = (technique.parameters)();
+        let settings = Settings::new();
+        let plan = |settings: &Settings, size| plan_frame(&facts, technique, settings, size, Default::default());
+        let within = |memory: Option<u64>, size| {
+            let device = DeviceLimits { memory, ..DeviceLimits::browser() };
+            let inputs = PlanInputs { parameters: &parameters, settings: &settings, size };
+            plan_within(&device, &facts, inputs, &plan).map(drop).map_err(|error| error.to_string())
+        };
+        for (memory, size) in [
+            (None, [16384, 16384]),
+            (Some(2_000_000_000), [16384, 16384]),
+            (Some(2_000_000_000), [16384, 900]),
+            (None, [u32::MAX, u32::MAX]),
+            (None, [0, 5]),
+        ] {
+            let error = within(memory, size).unwrap_err();
+            let [width, height] = size;
+            let begins =
+                format!("an image of {width}x{height} pixels is not possible, because this device allows 1 to 8192");
+            assert!(error.starts_with(&begins) && !error.contains('\n'), "{}: {error}", technique.name);
+            let fix = error.split("use at most ").nth(1).and_then(|rest| rest.strip_suffix(" pixels")).unwrap();
+            let (w, h) = fix.split_once('x').map(|(w, h)| (w.parse().unwrap(), h.parse().unwrap())).unwrap();
+            assert_eq!(within(memory, [w, h]), Ok(()), "{}: {error}", technique.name);
+            let is_larger = w >= 8192.min(width.max(1)) && h >= 8192.min(height.max(1));
+            // Either nothing larger is possible, or it does not fit the memory.
+            let larger = [w + w / 50 + 2, h + h / 50 + 2];
+            assert!(is_larger || within(memory, larger).is_err(), "{}: {error}", technique.name);
+        }
+        // Within the textures and beyond the memory.
+        let error = within(Some(1_500_000_000), [8192, 8192]).unwrap_err();
+        // In total, or one buffer in a binding.
+        assert!(
+            error.contains(" and this device allows ") && error.contains("use at most"),
+            "{}: {error}",
+            technique.name
+        );
+    }
 }

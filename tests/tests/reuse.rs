@@ -1,104 +1,14 @@
 //! Passes whose inputs are as before do not run again, and no picture differs for it.
 #![allow(clippy::unwrap_used)]
 
-use halflight_frame_graph::{
-    Cause, Changed, CompiledGraph, Continuity, Dependency, Externals, FramePlan, Handle, Part, When,
-};
-use halflight_native::frames::read_texture;
-use halflight_renderer::{
-    parameters::Settings,
-    plan_frame,
-    scene::{LIGHTS, SceneBuffers, SceneFacts, SceneMotion, camera_view},
-};
+use halflight_frame_graph::{Cause, Dependency, FramePlan, Handle, Part, When};
+use halflight_renderer::{parameters::Settings, plan_frame, scene::SceneFacts};
 use halflight_scenes::{Camera, Light, Scene};
 use halflight_techniques::TECHNIQUES;
-use halflight_tests::{bundled, device, known, settings};
-
-const SIZE: [u32; 2] = [64, 36];
-
-/// A scene with one graph, which a test changes step by step.
-struct Show {
-    scene: Scene,
-    facts: SceneFacts,
-    buffers: SceneBuffers,
-    graph: CompiledGraph,
-    technique: &'static str,
-    settings: Settings,
-    size: [u32; 2],
-    reuses: bool,
-    lights_changed: bool,
-}
-
-impl Show {
-    fn new(scene: &Scene, technique: &'static str, settings: &Settings, reuses: bool) -> Self {
-        let (facts, buffers) = (SceneFacts::of(scene), SceneBuffers::new(&device().gpu, scene));
-        let plan = plan_frame(&facts, known(technique), settings, SIZE, Default::default()).unwrap();
-        buffers.prepare(&device().gpu, scene, &plan).unwrap();
-        let externals = Externals { scene: Some(&buffers), ..Default::default() };
-        let graph = CompiledGraph::new(&device().gpu, plan, &externals);
-        let (scene, settings) = (scene.clone(), settings.clone());
-        Self { scene, facts, buffers, graph, technique, settings, size: SIZE, reuses, lights_changed: false }
-    }
-
-    fn plan(&self) -> FramePlan {
-        plan_frame(&self.facts, known(self.technique), &self.settings, self.size, Default::default()).unwrap()
-    }
-
-    fn replan(&mut self) {
-        let plan = self.plan();
-        if !self.graph.update(&device().gpu, &plan) {
-            let externals = Externals { scene: Some(&self.buffers), ..Default::default() };
-            self.graph.replan(&device().gpu, plan, &externals);
-        }
-    }
-
-    fn relight(&mut self, lights: Vec<Light>) {
-        self.buffers.relight(&device().gpu, &lights);
-        self.scene.lights = lights;
-        self.facts = SceneFacts::within(&self.scene, self.facts.extent);
-        self.lights_changed = true;
-        self.replan();
-    }
-
-    /// Runs a frame and returns its images.
-    fn run(&mut self, camera: &Camera, frame: u32) -> Vec<Vec<u8>> {
-        let gpu = &device().gpu;
-        let mut view = camera_view(camera, self.size, self.facts.near);
-        view.frame = frame;
-        view.continuity = Continuity::Changing;
-        let mut changed = Vec::new();
-        if std::mem::take(&mut self.lights_changed) {
-            changed.push(LIGHTS);
-        }
-        if let Some(motion) = SceneMotion::new(&self.scene, &self.buffers, &self.facts) {
-            motion.place(&mut view);
-            view.world_to_view = camera.view_matrix();
-            changed.extend(motion.write(gpu, &self.graph, &view));
-        }
-        let changed = if self.reuses { Changed::Only(&changed) } else { Changed::Anything };
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        self.graph.record(gpu, &mut encoder, &view, changed);
-        gpu.queue.submit([encoder.finish()]);
-        let outputs = self.graph.plan().outputs.keys();
-        outputs.map(|output| read_texture(gpu, self.graph.output(output).unwrap()).unwrap()).collect()
-    }
-
-    /// The passes that ran in the last frame.
-    fn ran(&self) -> Vec<(String, Cause)> {
-        let names = self.graph.plan().passes.iter().map(|pass| pass.name.clone());
-        names.zip(self.graph.causes()).filter_map(|(name, cause)| Some((name, cause?))).collect()
-    }
-}
-
-/// The lights, of which the one of this index is turned, or moved if it has no direction.
-fn turned(lights: &[Light], index: usize) -> Vec<Light> {
-    let mut lights = lights.to_vec();
-    match &mut lights[index] {
-        Light::Directional { direction, .. } | Light::Spot { direction, .. } => direction[0] += 0.1,
-        Light::Point { position, .. } => position[0] += 0.05,
-    }
-    lights
-}
+use halflight_tests::{
+    bundled, known, settings,
+    show::{SIZE, Show, turned},
+};
 
 #[test]
 fn pictures_are_equal_with_and_without_reuse() {
@@ -114,18 +24,12 @@ fn pictures_are_equal_with_and_without_reuse() {
         let scene = bundled(scene);
         for technique in techniques.into_iter().filter(|&name| name != "exhaustive") {
             let settings = filter(technique);
-            let [mut reuses, mut anew] = [true, false].map(|reuses| Show::new(&scene, technique, &settings, reuses));
+            let [mut reuses, mut anew] =
+                [true, false].map(|reuses| Show::new(&scene, technique, &settings).reusing(reuses));
             let mut camera = scene.camera;
             let same = |reuses: &mut Show, anew: &mut Show, camera: &Camera, frame: u32, step: &str| {
-                let [a, b] = [reuses.run(camera, frame), anew.run(camera, frame)];
-                let names: Vec<_> = reuses.graph.plan().outputs.keys().collect();
-                let differs = names.iter().zip(a.iter().zip(&b)).filter(|(_, (a, b))| a != b).map(|(name, _)| name);
-                assert_eq!(
-                    differs.collect::<Vec<_>>(),
-                    Vec::<&&&str>::new(),
-                    "{technique}: {step}; ran {:?}",
-                    reuses.ran()
-                );
+                let differing = reuses.differing(anew, camera, frame);
+                assert_eq!(differing, [""; 0], "{technique}: {step}; ran {:?}", reuses.ran());
             };
             same(&mut reuses, &mut anew, &camera, 0, "the first frame");
             same(&mut reuses, &mut anew, &camera, 0, "the same frame again");
@@ -189,7 +93,7 @@ fn one_of_three_lights_draws_its_own_maps_alone() {
     // Views of each light.
     let views: [std::ops::Range<u32>; 3] = [0..1, 1..2, 2..8];
     for (technique, settings) in with_maps() {
-        let mut show = Show::new(&scene, technique, &settings, true);
+        let mut show = Show::new(&scene, technique, &settings);
         show.run(&scene.camera, 0);
         assert_eq!(maps(&show.ran()).len(), 3 * 8, "{technique}: all maps of the first frame");
         for frame in 1..3 {
@@ -220,7 +124,8 @@ fn one_of_three_lights_draws_its_own_maps_alone() {
 fn pictures_are_equal_if_single_lights_turn() {
     let scene = three_lights();
     for (technique, settings) in with_maps() {
-        let [mut reuses, mut anew] = [true, false].map(|reuses| Show::new(&scene, technique, &settings, reuses));
+        let [mut reuses, mut anew] =
+            [true, false].map(|reuses| Show::new(&scene, technique, &settings).reusing(reuses));
         for frame in 0..5 {
             // The lights take turns, and one frame of four is static.
             if frame % 4 != 3 {
@@ -259,7 +164,7 @@ fn maps_of_many_lights_share_their_textures() {
 fn a_static_scene_draws_no_surface_and_no_shadow_again() {
     let scene = bundled("lights");
     for technique in ["none", "rsm"] {
-        let mut show = Show::new(&scene, technique, &settings("direct", &[("shadow_map_size", "128")]), true);
+        let mut show = Show::new(&scene, technique, &settings("direct", &[("shadow_map_size", "128")]));
         show.run(&scene.camera, 0);
         assert!(show.ran().iter().all(|(_, cause)| *cause == Cause::First));
         assert_eq!(show.ran().len(), show.graph.plan().passes.len());
@@ -282,7 +187,7 @@ fn a_turned_light_redraws_its_own_maps_alone() {
             && kinds(|light| matches!(light, Light::Spot { .. })) > 0
     );
     for index in 0..scene.lights.len() {
-        let mut show = Show::new(&scene, "none", &settings("direct", &[("shadow_map_size", "128")]), true);
+        let mut show = Show::new(&scene, "none", &settings("direct", &[("shadow_map_size", "128")]));
         show.run(&scene.camera, 0);
         show.relight(turned(&scene.lights, index));
         show.run(&scene.camera, 0);

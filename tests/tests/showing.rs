@@ -37,7 +37,8 @@ fn shown(pixels: &[Rgb], exposure: f32, limit: f32) -> Vec<[u8; 4]> {
     };
     let texture =
         gpu.device.create_texture_with_data(&gpu.queue, &descriptor, Default::default(), bytemuck::cast_slice(&texels));
-    let recording = CompiledGraph::new(gpu, plan, &Externals { scene: None, textures: [("image", texture)].into() });
+    let recording =
+        CompiledGraph::new(gpu, plan, &Externals { textures: [("image", texture)].into(), ..Default::default() });
     run_frame(gpu, &recording, &camera_view(&Camera::default(), size, 0.1), Timing::Clock, Changed::Anything).unwrap();
     let bytes = read_texture(gpu, recording.output("display").unwrap()).unwrap();
     bytes.as_chunks::<4>().0.to_vec()

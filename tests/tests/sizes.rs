@@ -94,7 +94,7 @@ fn the_room_is_seen_and_lit_alike_on_any_ground() {
     for light in lights() {
         let of_ground = |ground| {
             let scene = room(ground, light);
-            let session = Session::new(device(), &scene);
+            let session = Session::new(device(), &scene).keep_all();
             let mut frames = frames(&session, &request("none", &[("direct.shadow_map_size", "1024")], SIZE));
             frames.run(0).unwrap();
             ["depth", "direct"].map(|output| frames.read_rgb(output).unwrap().unwrap())
@@ -139,7 +139,7 @@ fn texels_and_voxels_of_the_room_are_alike_on_any_ground() {
 fn the_voxels_of_the_room_are_alike_on_any_ground() {
     let of_ground = |ground| {
         let scene = room(ground, lights()[2]);
-        let session = Session::new(device(), &scene);
+        let session = Session::new(device(), &scene).keep_all();
         let mut frames = frames(&session, &request("hybrid", &[], SIZE));
         frames.run(0).unwrap();
         frames.read_buffer("scene_cubes").unwrap().unwrap()
@@ -170,7 +170,7 @@ fn surfaces_far_from_what_is_looked_at_have_shadows() {
     let facts = SceneFacts::of(&scene);
     let [low, high] = facts.bounds;
     assert!(facts.extent.is_part() && low[2] > -40.0 && high[0] < 30.0, "{low:?} {high:?}");
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let mut frames = frames(&session, &request("none", &[("direct.shadow_map_size", "1024")], [192, 108]));
     frames.run(0).unwrap();
     let [depth, direct] = ["depth", "direct"].map(|output| frames.read_rgb(output).unwrap().unwrap());
@@ -259,7 +259,7 @@ fn a_plane_in_grazing_light_does_not_shadow_itself() {
             let sun = Light::Directional { direction: direction.to_array(), irradiance: [8.0; 3] };
             let ground = quad(Vec3::new(-2.0, 0.0, 2.0), 4.0 * Vec3::X, -4.0 * Vec3::Z);
             let scene = scene(vec![ground], vec![sun], Vec3::new(0.3, 1.5, 2.0), Vec3::ZERO);
-            let session = Session::new(device(), &scene);
+            let session = Session::new(device(), &scene).keep_all();
             let mut frames = frames(&session, &request("none", &[("direct.shadow_map_size", "256")], SIZE));
             frames.run(0).unwrap();
             let [depth, direct] = ["depth", "direct"].map(|output| frames.read_rgb(output).unwrap().unwrap());
@@ -289,7 +289,7 @@ fn no_light_passes_the_seams_of_cube_faces() {
         meshes.extend(cube(-4.0));
         let lamp = Light::Point { position: [0.0; 3], intensity: [100.0; 3] };
         let scene = scene(meshes, vec![lamp], Vec3::new(3.5, 3.2, 3.6), Vec3::new(-1.0, -1.0, -1.0));
-        let session = Session::new(device(), &scene);
+        let session = Session::new(device(), &scene).keep_all();
         for size in ["64", "256", "1024"] {
             let direct = render(&session, &request("none", &[("direct.shadow_map_size", size)], SIZE), "direct");
             let leaks = direct.iter().filter(|pixel| pixel[0] > 0.0).count();
@@ -304,7 +304,7 @@ fn the_seams_of_cube_faces_are_not_seen() {
     // filter reaches the next wall. The seams of the lamp's faces are there, too, and on diagonals of a turned box.
     let lamp = Light::Point { position: [0.0; 3], intensity: [10.0; 3] };
     let scene = scene(cube(-2.0), vec![lamp], Vec3::new(1.9, 1.7, 1.8), Vec3::new(-2.0, -1.0, -1.2));
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     for size in ["64", "256", "1024"] {
         let mut frames = frames(&session, &request("none", &[("direct.shadow_map_size", size)], SIZE));
         frames.run(0).unwrap();

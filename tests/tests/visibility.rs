@@ -25,7 +25,7 @@ fn rays_answer_as_their_double_precision_twin() {
     let mut ties = 0;
     for (name, kind, downsampling) in [("bars", "surface", "or"), ("atrium", "auto", "and"), ("bars", "solid", "or")] {
         let scene = bundled(name);
-        let session = Session::new(device(), &scene);
+        let session = Session::new(device(), &scene).keep_all();
         let values = settings(
             "hierarchical",
             &[("visibility", kind), ("visibility_downsampling", downsampling), ("levels", "3")],
@@ -69,7 +69,7 @@ fn solid_matter_is_filled_and_surfaces_are_shells() {
     assert!(scene.meshes[2].is_watertight(), "the block is closed");
     let needs = SceneFacts::of(&scene).needs;
     assert_eq!((needs.watertight_meshes, needs.open_meshes), (1, 2));
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let filled = |kind| {
         let mut frames = frames(&session, &request("hierarchical", &[("visibility", kind)], [256, 144]));
         frames.run(0).unwrap();
@@ -89,7 +89,7 @@ fn solid_matter_is_filled_and_surfaces_are_shells() {
 #[test]
 fn light_stops_at_a_wall() {
     let scene = walled();
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let light = |values: &[(&str, &str)]| {
         let image = render(&session, &request("hierarchical", values, [256, 144]), "indirect");
         mean_luminance(&image)
@@ -103,7 +103,7 @@ fn light_stops_at_a_wall() {
     // Without anything in between, nothing is hidden: floor and wall alone. Rays start and end clear of both.
     let mut open = scene.clone();
     open.meshes.truncate(2);
-    let session = Session::new(device(), &open);
+    let session = Session::new(device(), &open).keep_all();
     let light = |values: &[(&str, &str)]| {
         let mut frames = frames(&session, &request("hierarchical", values, [256, 144]));
         mean_luminance(&frames.mean_over_frames("indirect", 8).unwrap().0)
@@ -116,7 +116,7 @@ fn light_stops_at_a_wall() {
 #[test]
 fn rays_that_serve_several_samples_keep_the_mean() {
     let scene = bundled("bars");
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let mean = |rays, count| {
         let values = [("visibility", "surface"), ("samples_per_ray", rays), ("samples", "16"), ("storage", "float32")];
         let mut frames = frames(&session, &request("hierarchical", &values, [160, 90]));

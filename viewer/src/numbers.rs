@@ -1,7 +1,7 @@
 //! Times, memory and plan of a side.
 
 use eframe::egui::{self, Color32, Grid, RichText, ScrollArea, Ui, vec2};
-use halflight_frame_graph::{FramePlan, Part, ResourceKind, bytes_in_words};
+use halflight_frame_graph::{FramePlan, Part, ResourceId, ResourceKind, bytes_in_words};
 
 use crate::side::Side;
 
@@ -66,19 +66,20 @@ pub fn times(ui: &mut Ui, side: &Side) {
 
 /// The bytes of each texture and buffer.
 pub fn memory(ui: &mut Ui, plan: &FramePlan, scene_bytes: u64) {
-    let total = plan.bytes();
-    ui.label(format!(
-        "{} for the frame, {} of it for the technique; {} for the scene",
-        bytes_in_words(total),
-        bytes_in_words(plan.technique_bytes()),
-        bytes_in_words(scene_bytes)
-    ));
+    ui.label(format!("{} for the frame; {} for the scene", plan.bytes_in_words(), bytes_in_words(scene_bytes)));
+    let memory = plan.memory();
     ScrollArea::horizontal().id_salt("memory").show(ui, |ui| {
         Grid::new("memory").num_columns(3).striped(true).show(ui, |ui| {
-            for resource in plan.resources.iter().filter(|r| !matches!(r.kind, ResourceKind::External { .. })) {
+            for (index, resource) in plan.resources.iter().enumerate() {
+                if matches!(resource.kind, ResourceKind::External { .. }) {
+                    continue;
+                }
+                let owner = memory.owner(ResourceId(index));
+                let shares = format!("{}; in the memory of {}", resource.kind, plan.resources[owner.0].name);
                 ui.label(&resource.name).on_hover_text(&resource.reason);
                 ui.label(RichText::new(bytes_in_words(resource.bytes())).monospace());
-                ui.label(RichText::new(resource.kind.to_string()).weak());
+                let kind = if owner.0 == index { resource.kind.to_string() } else { shares };
+                ui.label(RichText::new(kind).weak());
                 ui.end_row();
             }
         });

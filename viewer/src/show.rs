@@ -132,7 +132,7 @@ pub fn show(
             constants: show_error::Constants { indirect: u32::from(indirect.is_some()) },
         };
         plan.pass(Part::Technique, "show", run).over(size);
-        return Some(CompiledGraph::new(gpu, plan, &Externals { scene: None, textures }));
+        return Some(CompiledGraph::new(gpu, plan, &Externals { textures, ..Default::default() }));
     }
     let (name, texture) = match view {
         View::Output(name) => (*name, frame.output(name)?),
@@ -170,5 +170,5 @@ pub fn show(
         }
     };
     plan.pass(Part::Technique, "show", call).over(size);
-    Some(CompiledGraph::new(gpu, plan, &Externals { scene: None, textures }))
+    Some(CompiledGraph::new(gpu, plan, &Externals { textures, ..Default::default() }))
 }

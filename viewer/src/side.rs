@@ -105,14 +105,21 @@ fn prepare(gpu: &Gpu, stage: &Stage, plan: &FramePlan) -> Result<(), SettingsErr
 }
 
 impl Side {
-    /// Plans a configuration and creates its resources.
+    /// Plans a configuration and creates its resources. With `keep_all`, all of them can be shown and checked after a frame.
     ///
     /// # Errors
     /// A setting out of range, or something that the device cannot hold.
-    pub fn new(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<Self, SettingsError> {
+    pub fn new(
+        gpu: &Gpu,
+        stage: &Stage,
+        configuration: &Configuration,
+        size: [u32; 2],
+        keep_all: bool,
+    ) -> Result<Self, SettingsError> {
         let plan = plan(gpu, stage, configuration, size)?;
         prepare(gpu, stage, &plan)?;
-        let graph = CompiledGraph::new(gpu, plan, &Externals { scene: Some(&stage.buffers), ..Default::default() });
+        let externals = Externals { scene: Some(&stage.buffers), keep_all, ..Default::default() };
+        let graph = CompiledGraph::new(gpu, plan, &externals);
         let method = match gpu.timestamp_period {
             _ if stage.software => Method::Software,
             // A frame of very many passes has no timestamps.
@@ -146,7 +153,8 @@ impl Side {
         })
     }
 
-    /// Updates the side after a change of settings, size or lights; true if anything changed.
+    /// Updates the side after a change of settings, size or lights; true if anything changed. `keep_all` as in
+    /// [`Side::new`].
     ///
     /// # Errors
     /// A setting out of range, or something that the device cannot hold. The side then stays as it was.
@@ -156,21 +164,23 @@ impl Side {
         stage: &Stage,
         configuration: &Configuration,
         size: [u32; 2],
+        keep_all: bool,
     ) -> Result<bool, SettingsError> {
         let new = plan(gpu, stage, configuration, size)?;
         self.configuration.clone_from(configuration);
-        if new == *self.graph.plan() {
+        let shares = !keep_all;
+        if new == *self.graph.plan() && shares == self.graph.shares_memory() {
             return Ok(false);
         }
         self.round = None;
         (self.moment, self.drawn) = (None, false);
         self.check = Check::default();
-        if self.graph.update(gpu, &new) {
+        if shares == self.graph.shares_memory() && self.graph.update(gpu, &new) {
             return Ok(true);
         }
         prepare(gpu, stage, &new)?;
         // A temporal filter keeps its history under the new settings.
-        let scene = Externals { scene: Some(&stage.buffers), ..Default::default() };
+        let scene = Externals { scene: Some(&stage.buffers), keep_all, ..Default::default() };
         self.graph.replan(gpu, new, &scene);
         self.times = Times::new(&self.graph);
         self.show.take().into_iter().for_each(CompiledGraph::destroy);

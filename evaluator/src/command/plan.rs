@@ -3,7 +3,7 @@
 use std::{fmt, io::Write, path::PathBuf};
 
 use clap::Args;
-use halflight_frame_graph::{Demand, DeviceLimits, FramePlan};
+use halflight_frame_graph::{Demand, DeviceLimits, FramePlan, ResourceId};
 use halflight_native::files::write_whole;
 use halflight_output::terminal;
 use halflight_renderer::{PlanInputs, parameters::Settings, plan_frame, plan_within, scene::SceneFacts};
@@ -70,13 +70,29 @@ impl fmt::Display for Check {
     }
 }
 
-/// A plan as JSON; `when` of a pass says when it runs.
+/// A plan as JSON; `when` of a pass says when it runs, and `in_memory_of` of a resource whose memory it uses, too. All
+/// bytes are whole numbers.
 fn with_schedule(checked: &Checked) -> Result<serde_json::Value, Error> {
     let mut value = serde_json::to_value(checked).map_err(|e| Error::Failed(e.to_string()))?;
     let passes = value["passes"].as_array_mut().into_iter().flatten();
     for (pass, when) in passes.zip(checked.plan.schedule()) {
         pass["when"] = when.to_string().into();
     }
+    let (plan, memory) = (checked.plan, checked.plan.memory());
+    let resources = value["resources"].as_array_mut().into_iter().flatten();
+    for (index, resource) in resources.enumerate() {
+        let owner = memory.owner(ResourceId(index));
+        resource["bytes"] = plan.resources[index].bytes().into();
+        if owner.0 != index {
+            resource["in_memory_of"] = plan.resources[owner.0].name.as_str().into();
+        }
+    }
+    value["bytes"] = serde_json::json!({
+        "allocated": plan.bytes(),
+        "live_at_once": plan.live_bytes(),
+        "technique_allocated": plan.technique_bytes(),
+        "technique_live_at_once": plan.live_technique_bytes(),
+    });
     Ok(value)
 }
 

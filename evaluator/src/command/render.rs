@@ -91,6 +91,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     };
     let native = open_adapter(&args.adapter)?;
     let session = Session::new(&native, &scene);
+    let session = if args.check { session.keep_all() } else { session };
     let traced = match args.direct.as_str() {
         "truth" => {
             if !scene.moves.is_empty() {

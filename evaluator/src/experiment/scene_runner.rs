@@ -264,10 +264,11 @@ impl<'a> SceneRunner<'a> {
             ("truth_indirect".to_owned(), pictures.radiance(&name("_indirect"), &indirect, indirect_exposure)?),
             ("truth_exr".to_owned(), pictures.exr(&name(""), &file)?),
         ]);
+        let session = Session::new(self.native, still);
         self.prepared = Some(Prepared {
             pictures,
             header,
-            session: Session::new(self.native, still),
+            session: if self.options.check { session.keep_all() } else { session },
             reference,
             rel_error: traced.rel_error,
             final_image,

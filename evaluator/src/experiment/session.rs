@@ -18,7 +18,7 @@ use halflight_native::{
 use halflight_renderer::{
     DirectSource, PlanInputs, Planner, extra_views,
     gi::Technique,
-    parameters::Settings,
+    parameters::{Settings, Value},
     plan_frame, plan_scene, plan_technique_of_scene, plan_within,
     scene::{BvhError, SceneBuffers, SceneFacts, SceneMotion, camera_view},
     texels::decoder,
@@ -101,6 +101,8 @@ pub struct Session<'a> {
     pub facts: SceneFacts,
     /// Its buffers on the device, once a plan of it fits.
     buffers: OnceCell<SceneBuffers>,
+    /// See [`Session::keep_all`].
+    keep_all: bool,
 }
 
 /// What to render.
@@ -130,7 +132,12 @@ pub struct Frames<'a> {
 impl<'a> Session<'a> {
     /// A scene, which is uploaded when the first plan fits the device.
     pub fn new(native: &'a NativeGpu, scene: &'a Scene) -> Self {
-        Self { native, scene, facts: SceneFacts::of(scene), buffers: OnceCell::new() }
+        Self { native, scene, facts: SceneFacts::of(scene), buffers: OnceCell::new(), keep_all: false }
+    }
+
+    /// Gives every texture and buffer of its frames memory of its own, so that all contents can be read after a frame.
+    pub fn keep_all(self) -> Self {
+        Self { keep_all: true, ..self }
     }
 
     /// Bytes of the scene's buffers on the device; 0 before the first plan.
@@ -214,6 +221,10 @@ impl<'a> Session<'a> {
         textures: impl FnOnce() -> HashMap<&'static str, wgpu::Texture>,
     ) -> Result<Frames<'a>, Error> {
         let Wanted { facts, technique, settings, size, seed } = wanted;
+        // Direct light of images and measurements is not rounded, unless that is what is measured.
+        let mut settings = settings.clone();
+        settings.entry("direct.storage".to_owned()).or_insert_with(|| Value::parse("float32"));
+        let settings = &settings;
         let gpu = &self.native.gpu;
         let parameters = technique.map(|technique| (technique.parameters)()).unwrap_or_default();
         let inputs = PlanInputs { parameters: &parameters, settings, size };
@@ -225,7 +236,7 @@ impl<'a> Session<'a> {
         let make = || {
             let buffers = self.buffers.get_or_init(|| SceneBuffers::new(gpu, self.scene));
             buffers.prepare(gpu, self.scene, &plan)?;
-            let externals = Externals { scene: Some(buffers), textures: textures() };
+            let externals = Externals { scene: Some(buffers), textures: textures(), keep_all: self.keep_all };
             let motion = SceneMotion::new(self.scene, buffers, &self.facts);
             Ok((CompiledGraph::new(gpu, plan, &externals), motion))
         };
@@ -323,7 +334,8 @@ impl Frames<'_> {
         Ok(self.read(output)?.map(|texels| texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect()))
     }
 
-    /// Every texture of the plan by name, float formats only, to look for what should not be there.
+    /// Every texture of the plan by name, float formats only, to look for what should not be there. Textures whose memory
+    /// others have taken over are left out: see [`Session::keep_all`].
     ///
     /// # Errors
     /// Where the device was lost.
@@ -338,7 +350,8 @@ impl Frames<'_> {
         Ok(all)
     }
 
-    /// Counts NaN, infinities and clamped values in everything that the last frame wrote, on the device.
+    /// Counts NaN, infinities and clamped values, on the device, in everything that the last frame wrote and that is still
+    /// there: see [`Session::keep_all`].
     ///
     /// # Errors
     /// Where the device was lost.
@@ -350,12 +363,12 @@ impl Frames<'_> {
         Ok(scan.counts(&bytes))
     }
 
-    /// The plan's texture of this name; `None` where there is no such texture.
+    /// The plan's texture of this name; `None` where there is no such texture, or another one has taken over its memory.
     pub fn texture(&self, resource: &str) -> Option<&wgpu::Texture> {
         self.recording.texture(self.resource(resource)?)
     }
 
-    /// The plan's buffer of this name; `None` where there is no such buffer.
+    /// The plan's buffer of this name; `None` where there is no such buffer, or another one has taken over its memory.
     pub fn buffer(&self, resource: &str) -> Option<&wgpu::Buffer> {
         self.recording.buffer(self.resource(resource)?)
     }

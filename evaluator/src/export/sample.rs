@@ -114,7 +114,7 @@ pub fn write_sample(
         let inputs = textures.iter().map(|(name, texture)| Ok(((*name).to_owned(), write(name, texture)?)));
         let inputs = inputs.collect::<Result<_, Error>>()?;
         let graph = graph.get_or_insert_with(|| {
-            let externals = Externals { scene: None, textures: textures.iter().cloned().collect() };
+            let externals = Externals { textures: textures.iter().cloned().collect(), ..Default::default() };
             CompiledGraph::new(&native.gpu, plan.clone(), &externals)
         });
         run_frame(&native.gpu, graph, rendered.view(), Timing::Clock, Changed::Anything).map_err(lost)?;

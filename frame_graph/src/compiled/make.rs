@@ -38,7 +38,9 @@ impl Maker<'_> {
             }
             Work::Draw { draws, targets, depth, tile } => {
                 let formats: Vec<_> = targets.iter().map(|&id| self.texture(pass, id).format()).collect();
-                let draws = draws.iter().map(|draw| self.draw(pass, draw, params, &formats)).collect();
+                let depth_format = self.texture(pass, depth.0).format();
+                let formats = (formats.as_slice(), depth_format);
+                let draws = draws.iter().map(|draw| self.draw(pass, draw, params, formats)).collect();
                 let colors =
                     targets.iter().map(|&id| self.texture(pass, id).create_view(&Default::default())).collect();
                 let depth = self.texture(pass, depth.0).create_view(&wgpu::TextureViewDescriptor {
@@ -47,13 +49,14 @@ impl Maker<'_> {
                     array_layer_count: Some(1),
                     ..Default::default()
                 });
-                let tile = tile.map(|tile| (tile, clear_pipeline(self.gpu)));
+                let tile = tile.map(|tile| (tile, clear_pipeline(self.gpu, depth_format)));
                 ReadyPass::Draw { draws, colors, depth, tile }
             }
             Work::Voxelize { target, triangles } => {
-                let pipeline = self.gpu.render_pipeline(shader, &pass.constants, &[], true);
+                let target = self.texture(pass, *target);
+                let pipeline = self.gpu.render_pipeline(shader, &pass.constants, (&[], target.format()), true);
                 let group = self.group(pass, shader, params, 0, |index| pipeline.get_bind_group_layout(index));
-                let target = self.texture(pass, *target).create_view(&Default::default());
+                let target = target.create_view(&Default::default());
                 let triangles = self.scene.and_then(|scene| scene.triangles(self.gpu, triangles));
                 ReadyPass::Voxelize { pipeline, group, target, triangles }
             }
@@ -96,7 +99,7 @@ impl Maker<'_> {
         pass: &Pass,
         draw: &Draw,
         params: Option<&wgpu::Buffer>,
-        formats: &[wgpu::TextureFormat],
+        formats: (&[wgpu::TextureFormat], wgpu::TextureFormat),
     ) -> ReadyDraw {
         let shader = draw.shader;
         let pipeline = self.gpu.render_pipeline(shader, &pass.constants, formats, false);

@@ -144,7 +144,7 @@ impl CompiledGraph {
     ) {
         let label = Some(self.plan.passes[index].name.as_str());
         if range.start == 0 {
-            for buffer in self.plan.passes[index].cleared.iter().filter_map(|&id| self.buffer(id)) {
+            for buffer in self.plan.passes[index].cleared.iter().filter_map(|&id| self.buffers[id.0].as_ref()) {
                 encoder.clear_buffer(buffer, 0, None);
             }
         }

@@ -1,5 +1,7 @@
 //! Draws into a tile of a depth target.
 
+use std::sync::PoisonError;
+
 use crate::{Gpu, plan::Tile};
 
 /// Covers the whole viewport at the far plane: depth is reversed.
@@ -8,12 +10,13 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return vec4f(vec2f(vec2u(index & 1u, index >> 1u)) * 4.0 - 1.0, 0.0, 1.0);
 }";
 
-/// Clears depth inside the viewport. A render pass can only clear a whole layer.
-pub(super) fn clear_pipeline(gpu: &Gpu) -> wgpu::RenderPipeline {
-    gpu.clear_pipeline.get_or_init(|| make_clear_pipeline(gpu)).clone()
+/// Clears depth of this format inside the viewport. A render pass can only clear a whole layer.
+pub(super) fn clear_pipeline(gpu: &Gpu, format: wgpu::TextureFormat) -> wgpu::RenderPipeline {
+    let mut known = gpu.clear_pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+    known.entry(format).or_insert_with(|| make_clear_pipeline(gpu, format)).clone()
 }
 
-fn make_clear_pipeline(gpu: &Gpu) -> wgpu::RenderPipeline {
+fn make_clear_pipeline(gpu: &Gpu, format: wgpu::TextureFormat) -> wgpu::RenderPipeline {
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("clear a tile"),
         source: wgpu::ShaderSource::Wgsl(CLEAR.into()),
@@ -29,7 +32,7 @@ fn make_clear_pipeline(gpu: &Gpu) -> wgpu::RenderPipeline {
         },
         primitive: Default::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
-            format: Gpu::DEPTH_FORMAT,
+            format,
             depth_write_enabled: Some(true),
             depth_compare: Some(wgpu::CompareFunction::Always),
             stencil: Default::default(),

@@ -8,7 +8,7 @@ use std::{
 use halflight_shared_shaders::BindingKind;
 use serde::Serialize;
 
-use super::{FramePlan, Handle, Pass, ResourceId, ResourceKind, Work};
+use super::{FramePlan, Handle, Memory, Pass, ResourceId, ResourceKind, Work};
 
 /// Something outside a plan that the results of its passes depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -106,18 +106,33 @@ pub(crate) struct Dependencies {
 
 impl Dependencies {
     pub(crate) fn of(plan: &FramePlan) -> Self {
+        // Contents in shared memory are gone in the next frame.
+        Self::if_shared(plan, Memory::of(plan, &Self::without_sharing(plan)).shared())
+    }
+
+    /// The dependencies of a plan whose textures and buffers all have memory of their own.
+    pub(super) fn without_sharing(plan: &FramePlan) -> Self {
+        Self::if_shared(plan, &BTreeSet::new())
+    }
+
+    /// The dependencies of a plan in which the memory of these resources is shared.
+    fn if_shared(plan: &FramePlan, shared: &BTreeSet<ResourceId>) -> Self {
         let writes: Vec<Vec<Place>> = plan.passes.iter().map(places_written).collect();
         let reads: Vec<Vec<ResourceId>> = plan.passes.iter().map(|pass| pass.reads_and_writes().0).collect();
         let mut leads_to = vec![BTreeSet::new(); plan.passes.len()];
         for resource in (0..plan.resources.len()).map(ResourceId) {
-            link(resource, plan, &writes, &reads, &mut leads_to);
+            link(resource, plan, shared.contains(&resource), (&writes, &reads), &mut leads_to);
         }
         let mut direct: Vec<_> = plan.passes.iter().map(|pass| direct(plan, pass)).collect();
+        let mut first_writer = vec![None; plan.resources.len()];
+        for (pass, written) in writes.iter().enumerate() {
+            for (id, _) in written {
+                first_writer[id.0].get_or_insert(pass);
+            }
+        }
         for (pass, read) in reads.iter().enumerate() {
-            let written =
-                |passes: &[Vec<Place>], id: ResourceId| passes.iter().flatten().any(|&(other, _)| other == id);
             // Nothing has written it yet in this frame.
-            if read.iter().any(|&id| written(&writes[pass..], id) && !written(&writes[..pass], id)) {
+            if read.iter().any(|id| first_writer[id.0].is_some_and(|first| first >= pass)) {
                 direct[pass].insert(Dependency::History);
             }
         }
@@ -127,6 +142,24 @@ impl Dependencies {
     /// Whether some pass depends on results of the previous frame.
     pub(crate) fn have_history(&self) -> bool {
         self.direct.iter().any(|direct| direct.contains(&Dependency::History))
+    }
+
+    /// What each pass reads, itself or through other passes, that no pass writes: it runs when any of it changes.
+    pub(super) fn causes(&self) -> Vec<BTreeSet<Dependency>> {
+        let mut all = vec![BTreeSet::new(); self.direct.len()];
+        // A plan has many passes and few things that they depend on.
+        let mut passes_of: BTreeMap<Dependency, Vec<usize>> = BTreeMap::new();
+        for (pass, direct) in self.direct.iter().enumerate() {
+            direct.iter().for_each(|&cause| passes_of.entry(cause).or_default().push(pass));
+        }
+        for (cause, mut first) in passes_of {
+            while let Some(pass) = first.pop() {
+                if all[pass].insert(cause) {
+                    first.extend(&self.leads_to[pass]);
+                }
+            }
+        }
+        all
     }
 
     /// Adds to `due`, which has the passes of `first`, all that must run with them.
@@ -147,8 +180,8 @@ impl Dependencies {
 fn link(
     resource: ResourceId,
     plan: &FramePlan,
-    writes: &[Vec<Place>],
-    reads: &[Vec<ResourceId>],
+    is_shared: bool,
+    (writes, reads): (&[Vec<Place>], &[Vec<ResourceId>]),
     leads_to: &mut [BTreeSet<usize>],
 ) {
     let written = |pass: usize| writes[pass].iter().filter(move |(id, _)| *id == resource).map(|(_, part)| *part);
@@ -166,13 +199,17 @@ fn link(
     let is_output = plan.outputs.values().any(|&id| id == resource);
     let readers: Vec<usize> = (0..reads.len()).filter(|&pass| reads[pass].contains(&resource)).collect();
     for writers in by_part.into_values() {
-        link_part(&Contents::of(plan, resource, &writers), &readers, is_output, leads_to);
+        let contents = Contents { is_shared, is_output, ..Contents::of(plan, resource, &writers) };
+        link_part(&contents, &readers, leads_to);
     }
 }
 
 /// The passes that write one place, in order, each with the version of the contents that it leaves or continues.
 struct Contents {
     writers: Vec<(usize, usize)>,
+    /// Whether other contents lie in the same memory before or after.
+    is_shared: bool,
+    is_output: bool,
 }
 
 impl Contents {
@@ -182,38 +219,36 @@ impl Contents {
             version += usize::from(index > 0 && plan.passes[pass].starts_anew(resource));
             (pass, version)
         });
-        Self { writers: numbered.collect() }
-    }
-
-    /// Passes of a version.
-    fn of_version(&self, wanted: usize) -> impl Iterator<Item = usize> {
-        self.writers.iter().filter(move |(_, version)| *version == wanted).map(|&(pass, _)| pass)
+        Self { writers: numbered.collect(), is_shared: false, is_output: false }
     }
 }
 
-fn link_part(contents: &Contents, readers: &[usize], is_output: bool, leads_to: &mut [BTreeSet<usize>]) {
-    let Some(&(last, newest)) = contents.writers.last() else { return };
+/// Links the passes of one place. Those of a version lead to each other in a ring, so that the number of links grows with
+/// the number of passes only: whatever reaches one of them reaches all.
+fn link_part(contents: &Contents, readers: &[usize], leads_to: &mut [BTreeSet<usize>]) {
+    let writers = &contents.writers;
+    let Some(&(last, newest)) = writers.last() else { return };
     let mut connect = |from: usize, to: usize| {
         if from != to {
             leads_to[from].insert(to);
         }
     };
-    for &(pass, version) in &contents.writers {
+    for version in writers.chunk_by(|(_, a), (_, b)| a == b) {
         // Passes of one version continue each other's work.
-        contents.of_version(version).for_each(|other| connect(pass, other));
-        if is_output {
+        let next = version.iter().cycle().skip(1);
+        version.iter().zip(next).for_each(|(&(pass, _), &(next, _))| connect(pass, next));
+        if contents.is_output {
             // Callers see the last version.
-            contents.of_version(newest).for_each(|other| connect(pass, other));
+            connect(version[0].0, last);
         }
     }
     for &reader in readers {
-        let seen = contents.writers.iter().rev().find(|&&(pass, _)| pass < reader);
-        for writer in seen.into_iter().flat_map(|&(_, version)| contents.of_version(version)) {
-            connect(writer, reader);
-            // Other passes write the same place before or after, so the inputs may be gone in the next frame.
-            if reader < last || newest > 0 {
-                connect(reader, writer);
-            }
+        let before = writers.partition_point(|&(pass, _)| pass < reader);
+        let Some(&(writer, _)) = before.checked_sub(1).map(|index| &writers[index]) else { continue };
+        connect(writer, reader);
+        // Other passes write the same place before or after, so the inputs may be gone in the next frame.
+        if reader < last || newest > 0 || contents.is_shared {
+            connect(reader, writer);
         }
     }
 }
@@ -270,16 +305,6 @@ fn direct(plan: &FramePlan, pass: &Pass) -> BTreeSet<Dependency> {
 impl FramePlan {
     /// When each pass runs.
     pub fn schedule(&self) -> Vec<When> {
-        let dependencies = Dependencies::of(self);
-        let mut all = vec![BTreeSet::new(); self.passes.len()];
-        for (pass, direct) in dependencies.direct.iter().enumerate() {
-            let mut due = vec![None; self.passes.len()];
-            due[pass] = Some(Cause::First);
-            dependencies.spread(&mut due, &mut vec![pass]);
-            for (reached, _) in due.iter().enumerate().filter(|(_, cause)| cause.is_some()) {
-                all[reached].extend(direct.iter().copied());
-            }
-        }
         let when = |causes: BTreeSet<Dependency>| {
             let every = [Dependency::History, Dependency::Frame].into_iter().find(|cause| causes.contains(cause));
             match every {
@@ -288,7 +313,7 @@ impl FramePlan {
                 None => When::Changed(causes.into_iter().collect()),
             }
         };
-        all.into_iter().map(when).collect()
+        Dependencies::of(self).causes().into_iter().map(when).collect()
     }
 }
 
@@ -352,7 +377,7 @@ mod tests {
         pass(&mut plan, "between", a, b);
         // Writes where there is no surface.
         let environment = plan.scene_buffer("scene.environment", "test");
-        plan.pass(Part::Direct, "sky", Sky { depth: given, environment, direct: a }).over(SIZE);
+        plan.pass(Part::Direct, "sky", Sky { depth: given, environment, direct: a, float16: false }).over(SIZE);
         let all = ["first", "between", "sky"];
         assert_eq!(with(&plan, "first"), all);
         assert_eq!(with(&plan, "between"), all, "the contents that it read have been written over");

@@ -38,18 +38,25 @@ pub fn bytes_in_words(bytes: u64) -> String {
     }
 }
 
+impl FramePlan {
+    /// Allocated bytes, those of the technique, and how many live at once: `100.29 MB (90.12 MB live at once), of which
+    /// the technique 20.1 MB (15.0 MB live at once)`.
+    pub fn bytes_in_words(&self) -> String {
+        let both = |allocated, live| format!("{} ({} live at once)", bytes_in_words(allocated), bytes_in_words(live));
+        let whole = both(self.bytes(), self.live_bytes());
+        let technique = both(self.technique_bytes(), self.live_technique_bytes());
+        format!("{whole}, of which the technique {technique}")
+    }
+}
+
 /// Lists passes grouped by the part of the frame, then resources with their bytes, each with its reason.
 impl fmt::Display for FramePlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names =
             |ids: &[ResourceId]| ids.iter().map(|id| self.resources[id.0].name.as_str()).collect::<Vec<_>>().join(", ");
         let [w, h] = self.display_size;
-        let (total, technique) = (bytes_in_words(self.bytes()), bytes_in_words(self.technique_bytes()));
-        writeln!(
-            f,
-            "Frame of {w}x{h} pixels: {} passes, {total}, of which the technique {technique}",
-            self.passes.len()
-        )?;
+        let (memory, passes) = (self.memory(), self.passes.len());
+        writeln!(f, "Frame of {w}x{h} pixels: {passes} passes, {}", self.bytes_in_words())?;
         for note in &self.notes {
             writeln!(f, "Note: {note}")?;
         }
@@ -69,12 +76,17 @@ impl fmt::Display for FramePlan {
         writeln!(f, "\nTextures and buffers")?;
         let name = width(&mut self.resources.iter().map(|resource| resource.name.len()));
         let kind = width(&mut self.resources.iter().map(|resource| resource.kind.to_string().len()));
-        for resource in &self.resources {
+        for (index, resource) in self.resources.iter().enumerate() {
             let bytes = match resource.kind {
                 ResourceKind::External { .. } => String::new(),
                 _ => bytes_in_words(resource.bytes()),
             };
-            writeln!(f, "      {:<name$}  {:<kind$}  {bytes:>9}  {}", resource.name, resource.kind, resource.reason)?;
+            write!(f, "      {:<name$}  {:<kind$}  {bytes:>9}  {}", resource.name, resource.kind, resource.reason)?;
+            let owner = memory.owner(ResourceId(index));
+            if owner.0 != index {
+                write!(f, "; in the memory of {}", self.resources[owner.0].name)?;
+            }
+            writeln!(f)?;
         }
         Ok(())
     }

@@ -302,8 +302,8 @@ impl FramePlan {
     /// buffers that the caller provides; `None` for one that it does not know.
     pub fn demands(&self, device: &DeviceLimits, external: &dyn Fn(&str) -> Option<ExternalSize>) -> Vec<Demand> {
         let mut largest = Largest { device, found: Vec::new() };
-        let (mut total, mut most) = (0u64, (0, ""));
-        for resource in &self.resources {
+        let (memory, mut total, mut most) = (self.memory(), 0u64, (0, ""));
+        for (index, resource) in self.resources.iter().enumerate() {
             let name = resource.name.as_str();
             let known = if matches!(resource.kind, ResourceKind::External { .. }) { external(name) } else { None };
             let bytes = bytes_of(&resource.kind, known);
@@ -320,7 +320,9 @@ impl FramePlan {
                 }
                 ResourceKind::External { .. } => known.into_iter().for_each(|size| largest.add_external(name, size)),
             }
-            total = total.saturating_add(bytes);
+            if memory.owner(ResourceId(index)).0 == index {
+                total = total.saturating_add(bytes);
+            }
             if bytes > most.0 {
                 most = (bytes, name);
             }

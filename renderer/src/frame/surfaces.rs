@@ -1,7 +1,6 @@
 //! Inputs of a technique: G-buffer, shadow maps and direct light.
 
 use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId};
-use halflight_scenes::SceneNeeds;
 use halflight_shared_shaders::{
     direct::direct_light::{self, DirectLight},
     gbuffer::{self, Gbuffer},
@@ -10,7 +9,10 @@ use wgpu::TextureFormat as Format;
 
 use super::{DirectSource, SceneFacts};
 use crate::{
-    gi::shadow_maps::{ShadowMaps, counted},
+    gi::{
+        Storage,
+        shadow_maps::{ShadowMaps, counted},
+    },
     scene::triangles,
 };
 
@@ -19,6 +21,8 @@ pub(super) struct SceneResources {
     pub(super) materials: ResourceId,
     pub(super) texels: Option<ResourceId>,
     pub(super) objects: Option<ResourceId>,
+    /// Storage of direct light.
+    pub(super) direct: Storage,
 }
 
 pub(super) struct GBuffer {
@@ -43,15 +47,24 @@ impl LookedUp {
     }
 }
 
+/// The narrowest format for indices below `count`.
+fn index_format(count: u64) -> Format {
+    match count {
+        0..=0x100 => Format::R8Uint,
+        0x101..=0x1_0000 => Format::R16Uint,
+        _ => Format::R32Uint,
+    }
+}
+
 pub(super) fn plan_gbuffer(
     plan: &mut FramePlan,
-    needs: &SceneNeeds,
+    facts: &SceneFacts,
     scene: &SceneResources,
     direct: DirectSource,
     follows: bool,
     looked_up: LookedUp,
 ) -> GBuffer {
-    let size = plan.display_size;
+    let (size, needs) = (plan.display_size, &facts.needs);
     let depth = plan.texture("depth", size, Format::R32Float, "input of every technique");
     let normal = plan.texture("normal", size, Format::Rgba16Float, "input of every technique");
     let albedo = plan.texture("albedo", size, Format::Rgba8UnormSrgb, "reflects direct and indirect light");
@@ -64,10 +77,12 @@ pub(super) fn plan_gbuffer(
             (looked_up.translucent, "translucent light"),
         ];
         let reasons: Vec<_> = reasons.into_iter().filter(|(holds, _)| *holds).map(|(_, reason)| reason).collect();
-        plan.texture("material", size, Format::R32Uint, reasons.join("; "))
+        plan.texture("material", size, index_format(facts.size.count("scene.materials")), reasons.join("; "))
     });
     let object = scene.objects.filter(|_| follows).map(|_| {
-        plan.texture("object", size, Format::R32Uint, "objects are animated, and the temporal filter follows them")
+        // Object 0 is everything that does not move.
+        let format = index_format(needs.moving_objects as u64 + 1);
+        plan.texture("object", size, format, "objects are animated, and the temporal filter follows them")
     });
     let depth_test = plan.texture("depth_test", size, Gpu::DEPTH_FORMAT, "depth test");
     let run = Gbuffer {
@@ -101,7 +116,9 @@ pub(super) fn plan_direct(
     shadow: Option<ShadowMaps>,
 ) -> ResourceId {
     let size = plan.display_size;
-    let direct = plan.texture("direct", size, Format::Rgba32Float, "the source of indirect light");
+    let float16 = scene.direct == Storage::Float16;
+    let format = if float16 { Format::Rgba16Float } else { Format::Rgba32Float };
+    let direct = plan.texture("direct", size, format, "the source of indirect light");
     let needs = &facts.needs;
     let lights = needs.lights;
     let lit = shadow.map(|ShadowMaps { maps, layers }| direct_light::Lit {
@@ -114,7 +131,7 @@ pub(super) fn plan_direct(
     let emitters = emitters.map(|material| direct_light::Emitters { material, materials: scene.materials });
     let constants = direct_light::Constants { lights: lights as u32 };
     let (depth, normal) = (gbuffer.depth, gbuffer.normal);
-    plan.pass(Part::Direct, "direct", DirectLight { depth, normal, direct, lit, emitters, constants })
+    plan.pass(Part::Direct, "direct", DirectLight { depth, normal, direct, lit, emitters, float16, constants })
         .because(format!("{}{}", counted(lights, "light"), if needs.emitters { " and emitters" } else { "" }))
         .costs(LIGHT_COST * lights as u64)
         .over(size);

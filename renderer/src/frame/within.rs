@@ -36,8 +36,8 @@ pub fn plan_within(
     let most = device.limits.max_texture_dimension_2d;
     let [width, height] = inputs.size;
     if width.max(height) > most || width.min(height) == 0 {
-        // Without a plan, whose numbers could overflow.
-        let [w, h] = inputs.size.map(|side| side.clamp(1, most));
+        // Without a plan of this size, whose numbers could overflow.
+        let [w, h] = largest_size(device, facts, inputs, plan, inputs.size.map(|side| side.clamp(1, most)));
         return Err(SettingsError(format!(
             "an image of {width}x{height} pixels is not possible, because this device allows 1 to {most} along a side: use \
              at most {w}x{h} pixels"
@@ -49,6 +49,28 @@ pub fn plan_within(
         Ok(()) => Ok(made),
         Err(beyond) => Err(with_fix(device, facts, inputs, plan, &made, beyond)),
     }
+}
+
+/// The largest image of this shape, at most of this size, that fits; this size if not even the smallest does, because
+/// then something else is too large.
+fn largest_size(
+    device: &DeviceLimits,
+    facts: &SceneFacts,
+    inputs: PlanInputs,
+    plan: &Planner,
+    size: [u32; 2],
+) -> [u32; 2] {
+    let sized = |scale: u32| size.map(|side| part(side, scale));
+    let fits = |scale: u32| {
+        let made = plan(inputs.settings, sized(scale));
+        made.is_ok_and(|made| made.check(device, &|name| facts.size.buffer(name)).is_ok())
+    };
+    if fits(STEPS) || !fits(0) { size } else { sized(largest(0, STEPS, fits)) }
+}
+
+/// A part of a side of the image: `scale` of [`STEPS`], at least one pixel.
+fn part(side: u32, scale: u32) -> u32 {
+    ((u64::from(side) * u64::from(scale)) / u64::from(STEPS)).max(1) as u32
 }
 
 /// The error with the largest values that would fit: of the image's size, or of one setting.
@@ -72,9 +94,7 @@ fn with_fix(
         |plan: &FramePlan| plan.resources.iter().find(|resource| resource.name == of).map_or(0, Resource::bytes);
     let is_cause =
         |other: &FramePlan| fits(other) && (beyond.demand.limit == Limit::Workgroups || bytes(other) < bytes(made));
-    let sized = |scale: u32| -> [u32; 2] {
-        inputs.size.map(|side| ((u64::from(side) * u64::from(scale)) / u64::from(STEPS)).max(1) as u32)
-    };
+    let sized = |scale: u32| inputs.size.map(|side| part(side, scale));
     let at_scale = |scale: u32| plan(inputs.settings, sized(scale)).ok();
     if at_scale(0).is_some_and(|smallest| is_cause(&smallest)) {
         let scale = largest(0, STEPS, |scale| at_scale(scale).is_some_and(|plan| fits(&plan)));

@@ -22,6 +22,7 @@ pub fn denoised(plan: &mut FramePlan, level: &Level, noisy: ResourceId, count: u
             smoothed,
             ambient_visibility,
             packed,
+            float16: format == Format::Rgba16Float,
             noisy: (!packed).then_some(noisy),
             params: denoise::Params { scale: level.scale as f32, spacing },
         };

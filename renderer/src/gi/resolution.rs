@@ -30,24 +30,42 @@ const CHILDREN: u64 = 12;
 /// Plans surfels `divisor` pixels wide, and `last` coarser levels, each of twice the width, finest first. With `vote` a
 /// texel keeps the child that most of its neighbours support, otherwise the nearest one.
 pub fn pyramid(plan: &mut FramePlan, inputs: &Inputs, vote: bool, divisor: u32, last: u32) -> Vec<Level> {
-    pyramid_and_planes(plan, inputs, vote, divisor, last, None)
+    pyramid_and_planes(plan, inputs, vote, divisor, last, Finest { lit: true, planes: None })
 }
 
-/// Plans surfels `divisor` pixels wide (1 or 2) and the same surfaces as planes (`common/plane.wgsl`).
-pub fn surfels_and_planes(plan: &mut FramePlan, inputs: &Inputs, divisor: u32) -> (Level, ResourceId) {
+/// Plans surfels `divisor` pixels wide, for passes that do not read their radiance. At full resolution they take half
+/// the bytes.
+pub fn dark_surfels(plan: &mut FramePlan, inputs: &Inputs, divisor: u32) -> Level {
+    pyramid_and_planes(plan, inputs, false, divisor, 0, Finest { lit: false, planes: None }).remove(0)
+}
+
+/// Plans surfels `divisor` pixels wide (1 or 2) and the same surfaces as planes (`common/plane.wgsl`). Only with `lit` the
+/// planes have radiance; the surfels are [`dark_surfels`].
+pub fn surfels_and_planes(plan: &mut FramePlan, inputs: &Inputs, divisor: u32, lit: bool) -> (Level, ResourceId) {
     let size = plan.display_size.map(|v| v.div_ceil(divisor));
-    let planes = plan.texture("planes", size, Format::Rgba32Uint, "surfaces as planes, one fetch a sample");
-    (pyramid_and_planes(plan, inputs, false, divisor, 0, Some(planes)).remove(0), planes)
+    let format = if lit { Format::Rgba32Uint } else { Format::Rg32Uint };
+    let planes = plan.texture("planes", size, format, "surfaces as planes, one fetch a sample");
+    let finest = Finest { lit: false, planes: Some((planes, lit)) };
+    (pyramid_and_planes(plan, inputs, false, divisor, 0, finest).remove(0), planes)
 }
 
-/// As [`pyramid()`]. The first pass, at half resolution or finer, also writes `planes`.
+/// What the first pass of a pyramid writes.
+#[derive(Clone, Copy)]
+struct Finest {
+    /// Whether surfels at full resolution have radiance. Coarser ones always have.
+    lit: bool,
+    /// Planes, and whether they have radiance.
+    planes: Option<(ResourceId, bool)>,
+}
+
+/// As [`pyramid()`]. The first pass, at half resolution or finer, writes `first`.
 fn pyramid_and_planes(
     plan: &mut FramePlan,
     inputs: &Inputs,
     vote: bool,
     divisor: u32,
     last: u32,
-    planes: Option<ResourceId>,
+    first: Finest,
 ) -> Vec<Level> {
     let mut levels: Vec<Level> = Vec::new();
     // The finest step reads the G-buffer, and every other one halves the previous step. A start below half resolution
@@ -57,22 +75,26 @@ fn pyramid_and_planes(
     let mut scale = finest;
     while scale <= coarsest {
         let size = plan.display_size.map(|v| v.div_ceil(scale));
-        let surfels = plan.texture(
-            format!("surfels_{scale}"),
-            size,
-            Format::Rgba32Uint,
-            format!("surfaces in squares of {scale} pixels"),
-        );
+        let Finest { lit, planes } = Finest { planes: first.planes.filter(|_| levels.is_empty()), ..first };
+        let format = if scale == 1 && !lit { Format::Rg32Uint } else { Format::Rgba32Uint };
+        let surfels =
+            plan.texture(format!("surfels_{scale}"), size, format, format!("surfaces in squares of {scale} pixels"));
         let name = format!("pyramid_{scale}");
         let &Inputs { depth, normal, direct, .. } = inputs;
-        let planes = planes.filter(|_| levels.is_empty());
+        let (planes, lit_planes) = (planes.map(|(planes, _)| planes), planes.is_some_and(|(_, lit)| lit));
+        let dark_planes = planes.is_some() && !lit_planes;
         let constants = pyramid::Constants { vote };
         let call = match levels.last() {
-            None if scale == 1 => Pack { depth, normal, direct, surfels, planes }.into(),
+            None if scale == 1 => {
+                let direct = (lit || lit_planes).then_some(direct);
+                Pack { depth, normal, direct, surfels, planes, lit, lit_planes, dark_planes }.into()
+            }
             None => Call::from(Pyramid {
                 surfels,
                 from_gbuffer: Some(pyramid::FromGbuffer { depth, normal, direct }),
                 planes,
+                lit_planes,
+                dark_planes,
                 children: None,
                 params: pyramid::Params { child_scale: 1.0 },
                 constants,
@@ -81,6 +103,8 @@ fn pyramid_and_planes(
                 surfels,
                 from_gbuffer: None,
                 planes: None,
+                lit_planes: false,
+                dark_planes: false,
                 children: Some(finer.surfels),
                 params: pyramid::Params { child_scale: finer.scale as f32 },
                 constants,
@@ -136,6 +160,16 @@ impl Upsampling {
     }
 }
 
+/// Fetches of an invocation of upsample_linear.wgsl: surfel and light of four parents, depth and normal of four pixels
+/// with the weights of four parents each.
+pub const LINEAR_COST: u64 = 4 * 2 + 4 * (2 + 4);
+
+/// Fetches of an invocation of upsample.wgsl, which computes all texels below one of this many across: surfel and light of
+/// nine parents, two or three fetches of a texel with the weights of nine parents each.
+pub fn upsample_cost(children: u32) -> u64 {
+    9 * 2 + u64::from(children).pow(2) * (3 + 9)
+}
+
 /// Upsamples light of a level to the display, as a texture of this name. Returns the light itself if the level has the
 /// display's resolution. R32Float textures hold one number per texel. Rgba32Uint textures are surfels whose radiance is
 /// the light; from half resolution, with the linear kernel.
@@ -178,6 +212,7 @@ pub fn to_display(
         };
         plan.pass(Part::Technique, pass, run)
             .because("the gather starts at half resolution")
+            .costs(LINEAR_COST)
             .over(level.size.map(|v| v + 1));
         return display;
     }
@@ -193,6 +228,9 @@ pub fn to_display(
         params: upsample::Params { fine_scale: 1.0, coarse_scale: level.scale as f32 },
         constants: upsampling.constants(level, 1, false),
     };
-    plan.pass(Part::Technique, pass, run).because("the gather starts below full resolution").over(level.size);
+    plan.pass(Part::Technique, pass, run)
+        .because("the gather starts below full resolution")
+        .costs(upsample_cost(level.scale))
+        .over(level.size);
     display
 }

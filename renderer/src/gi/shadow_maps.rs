@@ -2,11 +2,13 @@
 
 use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId};
 use halflight_shared_shaders::shadow::shadow_map::{self, ShadowMap};
+use wgpu::TextureFormat as Format;
 
 use crate::{
+    gi::Storage,
     parameters,
     parameters::{Settings, SettingsError},
-    scene::{SceneFacts, ShadowAtlas, far_shadow_view, shadow_entries, shadow_view, triangles},
+    scene::{SceneFacts, ShadowAtlas, ShadowLayer, far_shadow_view, shadow_entries, shadow_view, triangles},
 };
 
 parameters! {
@@ -14,6 +16,9 @@ parameters! {
     pub struct DirectLight("direct") {
         /// Width and height of each shadow map; less if the maps of many lights would take more than 1 GiB.
         shadow_map_size: u32 = 4096, in 64..=8192, unit "px", grid [1024, 2048, 4096], role Plan;
+        /// Storage of direct light. float16 has half the bytes and clamps at 65,504. Images and measurements of the
+        /// evaluator have float32, unless this is set.
+        storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
     }
 }
 
@@ -28,6 +33,23 @@ pub struct ShadowMaps {
     pub maps: ResourceId,
     /// `array<ShadowLayer>`.
     pub layers: ResourceId,
+}
+
+/// Smallest number of steps of 16-bit depth along the width of a texel. A receiver is offset by 0.7 texels
+/// (`OFFSET` in common/shadow_maps.wgsl), so rounding by half a step is a tenth of that at most.
+const STEPS_OF_TEXEL: f32 = 8.0;
+
+/// Format of the maps: 16 bits of depth if these are fine enough for every map and stay so, otherwise float32. The depth
+/// of lights at a position is not linear.
+fn format(facts: &SceneFacts, map_size: u32) -> Format {
+    let steps = f32::from(u16::MAX);
+    let is_fine = |layer: &ShadowLayer| {
+        let (texel, step) = (layer.width / map_size as f32, layer.depth.map(|depth| depth / steps));
+        step.is_some_and(|step| step * STEPS_OF_TEXEL <= texel)
+    };
+    let mut layers = facts.shadow_layers.iter().chain(&facts.far_shadow_layers);
+    let narrow = !facts.needs.moving_lights && layers.all(is_fine);
+    if narrow { Format::Depth16Unorm } else { Gpu::DEPTH_FORMAT }
 }
 
 /// The name of the texture.
@@ -56,7 +78,8 @@ pub fn plan_shadow_maps(
     let atlas = ShadowAtlas::of_lights(count as u32, map_size, lights)?;
     plan.notes.extend(atlas.note(map_size));
     let reason = counted(count, "shadow map");
-    let maps = plan.texture_array(MAPS, [atlas.layer_size(); 2], atlas.layers(), Gpu::DEPTH_FORMAT, reason);
+    let format = format(facts, atlas.map_size);
+    let maps = plan.texture_array(MAPS, [atlas.layer_size(); 2], atlas.layers(), format, reason);
     let entries = shadow_entries(plan, layers, far, map_size);
     let draw = |plan: &mut FramePlan, layer: usize, name: String, view: ResourceId, reason: &str| {
         let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");

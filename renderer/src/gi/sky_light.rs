@@ -79,8 +79,10 @@ pub fn with_sky(
     sky: Option<ResourceId>,
 ) -> Option<ResourceId> {
     let (Some(so_far), Some(sky)) = (so_far, sky) else { return so_far.or(sky) };
-    let sum = plan.texture("with_sky", size, Format::Rgba32Float, "light with that of the sky");
-    plan.pass(Part::Technique, "add_sky", Sum { light: sky, so_far, sum })
+    let float16 = plan.resources[so_far.0].format() == Some(Format::Rgba16Float);
+    let format = if float16 { Format::Rgba16Float } else { Format::Rgba32Float };
+    let sum = plan.texture("with_sky", size, format, "light with that of the sky");
+    plan.pass(Part::Technique, "add_sky", Sum { light: sky, so_far, sum, float16 })
         .because("adds the light of the sky")
         .over(size);
     Some(sum)

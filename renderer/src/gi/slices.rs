@@ -15,6 +15,9 @@ use halflight_shared_shaders::{Call, ambient::Ambient};
 /// Stands for an unlimited radius, scene units. Its square is finite, and no scene is as large.
 const FAR: f32 = 1e15;
 
+/// Rays to the sky of a pixel: `RAYS` of ambient/ambient.wgsl.
+const AMBIENT_RAYS: u64 = 16;
+
 /// A gather along slices.
 pub struct SliceGather {
     /// Name of the technique, for the reason of the pass.
@@ -47,6 +50,8 @@ pub struct SliceInputs {
     pub sky: Option<Sky>,
     /// Whether light is packed into surfels.
     pub packed: bool,
+    /// Whether light is stored as float16.
+    pub float16: bool,
     /// Width of a texel in full-resolution pixels.
     pub scale: f32,
     /// Scene units.
@@ -65,11 +70,14 @@ impl SliceGather {
     ) -> Option<ResourceId> {
         let lit = self.finds == Finds::Light;
         let sky = if lit { plan_sky(plan, inputs) } else { None };
-        let (level, planes) = surfels_and_planes(plan, inputs, 1 << self.resolution as u32);
+        let (level, planes) = surfels_and_planes(plan, inputs, 1 << self.resolution as u32, lit);
         let level = &level;
         // Between gather and upsampling light is packed into the surfels that both passes read: half the fetches.
-        let packed = lit && self.resolution == Resolution::Half && self.storage == Storage::Float16;
+        let half = lit && self.storage == Storage::Float16;
+        let (packed, float16) =
+            (half && self.resolution == Resolution::Half, half && self.resolution == Resolution::Full);
         let (format, what) = match (lit, packed) {
+            (true, false) if float16 => (Format::Rgba16Float, "light along slices"),
             (true, false) => (Format::Rgba32Float, "light along slices"),
             (true, true) => (Format::Rgba32Uint, "surfaces with light along slices"),
             (false, _) => (Format::R32Float, "ambient visibility along slices"),
@@ -82,6 +90,7 @@ impl SliceGather {
             gathered,
             sky,
             packed,
+            float16,
             scale: level.scale as f32,
             radius: if self.radius > 0.0 { self.radius } else { FAR },
         });
@@ -110,7 +119,8 @@ impl SliceGather {
                 grid: voxels.grid,
                 voxels: voxels.voxels,
             };
-            plan.pass(Part::Technique, "ambient", run).because("the scene has an environment").over(size);
+            let cost = AMBIENT_RAYS * voxels.ray_cost(plan);
+            plan.pass(Part::Technique, "ambient", run).because("the scene has an environment").costs(cost).over(size);
             indirect
         })
     }

@@ -42,6 +42,9 @@ pub fn temporal_filter_of_gloss(
     filter(plan, inputs, glossy, a, Some(material))
 }
 
+/// Fetches of a pixel: depth, normal, light, object and material, and four texels of the history.
+const COST: u64 = 9;
+
 fn filter(
     plan: &mut FramePlan,
     inputs: &Inputs,
@@ -75,6 +78,7 @@ fn filter(
     };
     plan.pass(Part::Technique, format!("temporal{of}"), run)
         .because(format!("temporal_a = {a}: half of an old image is gone after {:.1} frames", frames_until(a, 0.5)))
+        .costs(COST)
         .over(size);
     filtered
 }

@@ -20,6 +20,8 @@ pub struct ShadowLayer {
     /// Width of the whole map: scene units for a directional light, otherwise per unit of distance. The geometric mean
     /// of width and height, which differ for a directional light.
     pub width: f32,
+    /// Depth range of the map of a directional light, scene units; `None` for others, whose depth is not linear.
+    pub depth: Option<f32>,
     /// Index of the light.
     pub light: u32,
     /// The light.
@@ -126,7 +128,8 @@ fn orthographic(view: &Mat4, low: Vec3, high: Vec3) -> ShadowLayer {
         [0.0, 0.0, 1.0 / size.z, 0.0],
         [-centre.x, -centre.y, -low.z / size.z, 1.0],
     ]);
-    ShadowLayer { world_to_clip: clip * *view, width: (size.x * size.y).sqrt(), light: 0, source: GpuLight::zeroed() }
+    let width = (size.x * size.y).sqrt();
+    ShadowLayer { world_to_clip: clip * *view, width, depth: Some(size.z), light: 0, source: GpuLight::zeroed() }
 }
 
 /// A square perspective map along an axis.
@@ -138,5 +141,5 @@ fn perspective(position: Vec3, axis: Vec3, tangent: f32, near: f32) -> ShadowLay
         [0.0, 0.0, 0.0, -1.0],
         [0.0, 0.0, near, 0.0],
     ]);
-    ShadowLayer { world_to_clip: clip * view, width: 2.0 * tangent, light: 0, source: GpuLight::zeroed() }
+    ShadowLayer { world_to_clip: clip * view, width: 2.0 * tangent, depth: None, light: 0, source: GpuLight::zeroed() }
 }

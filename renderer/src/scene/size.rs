@@ -47,6 +47,11 @@ impl SceneSize {
         self.buffers.iter().find(|(own, _)| *own == name).map(|&(_, size)| size)
     }
 
+    /// Number of elements of a buffer by the name that plans use; 0 if there is no such buffer.
+    pub fn count(&self, name: &str) -> u64 {
+        self.buffer(name).map_or(0, |size| size.bytes / size.element.max(1))
+    }
+
     /// Bytes of all buffers.
     pub fn bytes(&self) -> u64 {
         self.buffers.iter().map(|(_, size)| size.bytes).sum()
@@ -98,6 +103,7 @@ mod tests {
         // Five vertices serve five triangles, the sixth duplicates one.
         assert_eq!(bytes("scene.corners"), 6 * 8);
         assert_eq!(bytes("scene.objects"), 2 * 128);
+        assert_eq!((size.count("scene.vertices"), size.count("scene.objects"), size.count("x")), (5, 2, 0));
         assert_eq!(size.buffer("vertices"), None);
         assert_eq!(SceneSize::of(&Scene::default()).buffer("scene.environment"), None);
     }

@@ -1,4 +1,4 @@
-// variants: light, wide, ambient, packed
+// variants: light, wide, ambient, packed, float16
 // Screen-space indirect light with a visibility bitmask (Therrien et al. 2023, Algorithm 1). Each sample along a slice
 // occludes the sectors between its front and its back; the back is one thickness farther from the eye. The sample
 // lights the receiver through those sectors that were not occluded before. Without `light`, only ambient visibility is
@@ -12,7 +12,9 @@ import package::common::division::Division;
 import package::common::math::{PI, nearest_whole, random3, spread2};
 import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
-import package::common::plane::{plane_gradient, plane_inverse_depth, plane_radiance};
+@if(light) import package::common::plane::{plane_gradient, plane_inverse_depth, plane_radiance};
+@if(!light) import package::common::plane::black_plane;
+@if(light && float16) import package::common::math::LARGEST_FLOAT16;
 import package::common::surfel::surfel_depth;
 @if(light && packed) import package::common::surfel::with_radiance;
 import package::common::slice::{
@@ -43,7 +45,8 @@ struct Params {
 // Light in rgb and ambient visibility in a. With `packed`, surfels whose radiance is the light. Without `light`,
 // ambient visibility alone.
 @if(light && packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32uint, write>;
-@if(light && !packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(light && !packed && !float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(light && !packed && float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba16float, write>;
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
 @if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
@@ -307,8 +310,12 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
             // Both fetches come first, so that their latencies overlap.
             let seen_right = seen_at(right.side, right.way);
             let seen_left = seen_at(left.side, left.way);
-            let words_right = textureLoad(planes, seen_right.texel, 0);
-            let words_left = textureLoad(planes, seen_left.texel, 0);
+            var words_right = textureLoad(planes, seen_right.texel, 0);
+            var words_left = textureLoad(planes, seen_left.texel, 0);
+            @if(!light) {
+                words_right = black_plane(words_right);
+                words_left = black_plane(words_left);
+            }
             take(&state, &right, receiver, reach, seen_right, words_right, screen);
             take(&state, &left, receiver, reach, seen_left, words_left, screen);
         }
@@ -339,6 +346,7 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
     }
     // The weights of single slices may occlude more than everything, and rounding may open more.
     open = saturate(open);
+    @if(light && float16) { light = min(light, vec3f(LARGEST_FLOAT16)); }
     @if(light && !packed) { textureStore(gathered, pixel, vec4f(max(light, vec3f(0.0)), open)); }
     @if(light && packed) { textureStore(gathered, pixel, with_radiance(own, max(light, vec3f(0.0)))); }
     @if(!light) { textureStore(gathered, pixel, vec4f(open)); }

@@ -1,4 +1,4 @@
-// The surface of a texel as a plane, in 128 bits. Techniques that walk along screen lines (common/slice.wgsl) read one
+// The surface of a texel as a plane, in 128 bits with radiance and in 64 bits without. Techniques that walk along screen lines (common/slice.wgsl) read one
 // for each sample. The inverse depth of a plane is linear on the screen.
 //
 //   word 0  inverse planar depth at the middle of the texel, float32; 0 without a surface
@@ -8,6 +8,7 @@
 import package::common::surfel::{
     pack_radiance, surfel_depth, surfel_normal, surfel_pixel, surfel_radiance, unpack_radiance,
 };
+import package::common::math::LARGEST_FLOAT16;
 import package::common::view::SKY_DEPTH;
 
 const LOW_BITS: u32 = 63u;
@@ -22,11 +23,27 @@ fn pack_plane(inverse_depth: f32, gradient: vec2f, radiance: vec3f) -> vec4u {
     );
 }
 
+/// A plane without radiance in 64 bits, for techniques that find ambient visibility alone:
+///
+///   word 0  inverse planar depth at the middle of the texel, float32; 0 without a surface
+///   word 1  its change per texel to the right and downwards, relative to word 0, 2 x float16
+fn pack_dark_plane(inverse_depth: f32, gradient: vec2f) -> vec2u {
+    let relative = clamp(gradient / inverse_depth, vec2f(-LARGEST_FLOAT16), vec2f(LARGEST_FLOAT16));
+    return vec2u(bitcast<u32>(inverse_depth), pack2x16float(relative));
+}
+
+/// The words of `pack_plane` for those of `pack_dark_plane`.
+fn black_plane(words: vec4u) -> vec4u {
+    let gradient = unpack2x16float(words.y) * bitcast<f32>(words.x);
+    return vec4u(words.x, bitcast<vec2u>(gradient), 0u);
+}
+
 /// Lower bound of the cosine between view ray and normal. At silhouettes the error of the normals is larger.
 const MIN_SLOPE: f32 = -0.02;
 
-/// The plane of a surfel, whose texels are `scale` full-resolution pixels wide.
-fn plane_of_surfel(words: vec4u, texel: vec2u, scale: f32, display_size: vec2f, tan_half_fov: vec2f) -> vec4u {
+/// Inverse depth at the middle of a surfel's texel, which is `scale` full-resolution pixels wide, and its change per
+/// texel.
+fn inverse_depths(words: vec4u, texel: vec2u, scale: f32, display_size: vec2f, tan_half_fov: vec2f) -> vec3f {
     let depth = surfel_depth(words);
     let ray_scale = vec2f(2.0, -2.0) * tan_half_fov / display_size;
     let pixel = surfel_pixel(words, texel, scale);
@@ -37,8 +54,19 @@ fn plane_of_surfel(words: vec4u, texel: vec2u, scale: f32, display_size: vec2f, 
     let inverse = 1.0 / depth;
     let gradient = normal.xy * ray_scale * (scale * inverse / slope);
     let to_middle = vec2f(texel) + 0.5 - pixel / scale;
-    let there = clamp(inverse + dot(gradient, to_middle), 0.5 * inverse, 2.0 * inverse);
-    return select(vec4u(0u), pack_plane(there, gradient, surfel_radiance(words)), depth > SKY_DEPTH);
+    return vec3f(clamp(inverse + dot(gradient, to_middle), 0.5 * inverse, 2.0 * inverse), gradient);
+}
+
+/// The plane of a surfel with its radiance.
+fn plane_of_surfel(words: vec4u, texel: vec2u, scale: f32, display_size: vec2f, tan_half_fov: vec2f) -> vec4u {
+    let plane = inverse_depths(words, texel, scale, display_size, tan_half_fov);
+    return select(vec4u(0u), pack_plane(plane.x, plane.yz, surfel_radiance(words)), surfel_depth(words) > SKY_DEPTH);
+}
+
+/// The plane of a surfel without its radiance.
+fn dark_plane_of_surfel(words: vec4u, texel: vec2u, scale: f32, display_size: vec2f, tan_half_fov: vec2f) -> vec2u {
+    let plane = inverse_depths(words, texel, scale, display_size, tan_half_fov);
+    return select(vec2u(0u), pack_dark_plane(plane.x, plane.yz), surfel_depth(words) > SKY_DEPTH);
 }
 
 fn plane_inverse_depth(words: vec4u) -> f32 {

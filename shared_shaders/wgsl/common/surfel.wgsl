@@ -5,6 +5,9 @@
 //   word 2  radiance red 12 | green 12 | blue low 8
 //   word 3  radiance blue high 4 | shared exponent 8 | pixel offset x 9 | pixel offset y 9
 //
+// At full resolution, where no pass reads radiance, textures have the first two words alone (Rg32Uint). Reading one
+// fills the others with 0 and 1: a black surface without an offset.
+//
 // The pixel offset names the full-resolution pixel, inside the texel's square, whose surface is kept. The position is
 // reconstructed through that pixel, not through the texel's centre. The coarse level of a slanted plane thus stays
 // exactly on that plane, and the plane does not light itself.

@@ -1,9 +1,11 @@
 // variants: float16, glossy, transmitted
 // final = direct + albedo * indirect (Soler 2009, section 4). With `glossy`, + Ks * glossy (2010). With `transmitted`,
 // + light that passes translucent surfaces.
+import package::common::division::Division;
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 @if(glossy) import package::common::scene::Material;
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var direct: texture_2d<f32>;
 @group(0) @binding(1) var albedo: texture_2d<f32>;
 @group(0) @binding(2) var indirect: texture_2d<f32>;
@@ -20,7 +22,8 @@ const PIXELS: u32 = 4u;
 const WIDTH: u32 = 8u;
 
 @compute @workgroup_size(WIDTH, 8)
-fn composite(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+fn composite(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let group = workgroup.xy + division.workgroup;
     let size = textureDimensions(final_image);
     for (var i = 0u; i < PIXELS; i++) {
         let pixel = vec2u((group.x * PIXELS + i) * WIDTH, group.y * 8u) + local.xy;

@@ -1,4 +1,4 @@
-// variants: ambient_visibility, packed
+// variants: ambient_visibility, packed, float16
 // One pass of a spatial filter over noisy light; with `ambient_visibility`, over one number per texel; with `packed`,
 // over surfels whose radiance is the light. It has 3x3 taps, `spacing` texels apart, with joint bilateral weights from
 // depth and normal. Passes with spacings 1, 2 and 4 widen the filter at equal cost (Dammertz et al. 2010).
@@ -21,7 +21,8 @@ struct Params {
 @group(0) @binding(2) var surfels: texture_2d<u32>;
 @if(!packed || ambient_visibility) @group(0) @binding(3) var noisy: texture_2d<f32>;
 @if(packed && !ambient_visibility) @group(0) @binding(4) var smoothed: texture_storage_2d<rgba32uint, write>;
-@if(!ambient_visibility && !packed) @group(0) @binding(4) var smoothed: texture_storage_2d<rgba32float, write>;
+@if(!ambient_visibility && !packed && !float16) @group(0) @binding(4) var smoothed: texture_storage_2d<rgba32float, write>;
+@if(!ambient_visibility && !packed && float16) @group(0) @binding(4) var smoothed: texture_storage_2d<rgba16float, write>;
 @if(ambient_visibility) @group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(8, 8)

@@ -1,7 +1,8 @@
-// variants: lit, emitters
+// variants: lit, emitters, float16
 // Radiance that leaves each visible surface after direct light, diffuse part, plus emission.
 import package::common::division::Division;
 import package::common::math::{LARGEST_RADIANCE, PI};
+@if(float16) import package::common::math::LARGEST_FLOAT16;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 @if(lit) import package::common::scene::{Light, light_incidence};
 @if(lit) import package::common::shadow_maps::shadow;
@@ -12,7 +13,8 @@ import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 @group(0) @binding(1) var depth: texture_2d<f32>;
 @group(0) @binding(2) var normal: texture_2d<f32>;
 @group(0) @binding(3) var albedo: texture_2d<f32>;
-@group(0) @binding(4) var direct: texture_storage_2d<rgba32float, write>;
+@if(!float16) @group(0) @binding(4) var direct: texture_storage_2d<rgba32float, write>;
+@if(float16) @group(0) @binding(4) var direct: texture_storage_2d<rgba16float, write>;
 @if(lit) @group(0) @binding(5) var<storage, read> lights: array<Light>;
 @if(emitters) @group(0) @binding(8) var material: texture_2d<u32>;
 @if(emitters) @group(0) @binding(9) var<storage, read> materials: array<Material>;
@@ -108,5 +110,7 @@ fn direct_light(@builtin(global_invocation_id) invocation: vec3u) {
             radiance += materials[textureLoad(material, id, 0).x].emission;
         }
     }
-    textureStore(direct, id, vec4f(min(radiance, vec3f(LARGEST_RADIANCE)), 1.0));
+    @if(!float16) { radiance = min(radiance, vec3f(LARGEST_RADIANCE)); }
+    @if(float16) { radiance = min(radiance, vec3f(LARGEST_FLOAT16)); }
+    textureStore(direct, id, vec4f(radiance, 1.0));
 }

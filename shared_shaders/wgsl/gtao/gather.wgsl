@@ -4,6 +4,7 @@ import package::common::division::Division;
 import package::common::math::{most, spread2};
 import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
+import package::common::plane::black_plane;
 import package::common::surfel::surfel_depth;
 import package::common::slice::{
     Screen, Receiver, Slice, Side, Strides, TexelPosition, screen_of, receiver_of, slice_of, side_of, strides_of, seen_at, plane_of,
@@ -102,8 +103,8 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
             // Both fetches come first, so that their latencies overlap.
             let seen_right = seen_at(right.side, right.way);
             let seen_left = seen_at(left.side, left.way);
-            let words_right = textureLoad(planes, seen_right.texel, 0);
-            let words_left = textureLoad(planes, seen_left.texel, 0);
+            let words_right = black_plane(textureLoad(planes, seen_right.texel, 0));
+            let words_left = black_plane(textureLoad(planes, seen_left.texel, 0));
             take(&right, receiver, radius, fade, seen_right, words_right);
             take(&left, receiver, radius, fade, seen_left, words_left);
         }

@@ -1,10 +1,12 @@
-// variants: from_gbuffer, planes
+// variants: from_gbuffer, lit_planes, dark_planes
 // One level of the pyramid from the four children of each texel: surfels, or, with `from_gbuffer`, full-resolution
-// pixels. With `planes` it also writes planes. Depth and normal are those of one child, never an average.
+// pixels. With `lit_planes` or `dark_planes` it also writes planes, with or
+// without their radiance. Depth and normal are those of one child, never an average.
 import package::common::division::Division;
 import package::common::surfel::{Surfel, pack_surfel, surfel_depth, surfel_normal, surfel_radiance, surfel_offset};
 import package::common::view::{View, SKY_DEPTH, view_position};
-@if(planes) import package::common::plane::plane_of_surfel;
+@if(lit_planes) import package::common::plane::plane_of_surfel;
+@if(dark_planes) import package::common::plane::dark_plane_of_surfel;
 import package::hierarchical::same_surface::{same_surface, square_width};
 
 struct Params {
@@ -20,7 +22,8 @@ struct Params {
 @if(from_gbuffer) @group(0) @binding(3) var depth: texture_2d<f32>;
 @if(from_gbuffer) @group(0) @binding(4) var normal: texture_2d<f32>;
 @if(from_gbuffer) @group(0) @binding(5) var direct: texture_2d<f32>;
-@if(planes) @group(0) @binding(6) var planes: texture_storage_2d<rgba32uint, write>;
+@if(lit_planes) @group(0) @binding(6) var planes: texture_storage_2d<rgba32uint, write>;
+@if(dark_planes && !lit_planes) @group(0) @binding(6) var planes: texture_storage_2d<rg32uint, write>;
 
 // Keep the child with the most support (2010, Equation 5) instead of the nearest one (2009).
 override VOTE: bool;
@@ -189,8 +192,13 @@ fn pyramid(@builtin(global_invocation_id) invocation: vec3u) {
     );
     let words = select(vec4u(0u), pack_surfel(surfel), kept.value > 0.0);
     textureStore(surfels, id, words);
-    @if(planes) {
+    @if(lit_planes) {
         let scale = 2.0 * params.child_scale;
         textureStore(planes, id, plane_of_surfel(words, id, scale, view.display_size, view.tan_half_fov));
+    }
+    @if(dark_planes && !lit_planes) {
+        let scale = 2.0 * params.child_scale;
+        let plane = dark_plane_of_surfel(words, id, scale, view.display_size, view.tan_half_fov);
+        textureStore(planes, id, vec4u(plane, 0u, 0u));
     }
 }

@@ -2,6 +2,7 @@
 // Upsamples the indirect light of one level to the next finer one and adds the light gathered there; with `to_display`,
 // upsamples it to full resolution. One invocation computes all children of a coarse texel, because they share its nine
 // neighbours. With `ambient_visibility` the texture holds one number instead of light.
+import package::common::division::Division;
 import package::common::view::{View, SKY_DEPTH};
 @if(to_display) import package::common::view::{uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
@@ -14,6 +15,7 @@ struct Params {
     coarse_scale: f32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var coarse_surfels: texture_2d<u32>;
@@ -97,12 +99,13 @@ fn add(sum: Sum, fine: Fine, inverse_tolerance: f32, parent: Parent, kernel: f32
 const FAR: f32 = 3.4e38;
 
 @compute @workgroup_size(8, 8)
-fn upsample(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(coarse_surfels)) {
+fn upsample(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(coarse_surfels)) {
         return;
     }
     // The nine parents are variables instead of an array, so that they stay in registers.
-    let at = vec2i(id.xy);
+    let at = vec2i(id);
     let parent_00 = load_parent(at + vec2i(-1, -1));
     let parent_10 = load_parent(at + vec2i(0, -1));
     let parent_20 = load_parent(at + vec2i(1, -1));
@@ -116,7 +119,7 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
     let tolerance = inverse_tolerance(1.0, params.coarse_scale, view.tan_half_fov.y, view.display_size.y);
     for (var child = 0u; child < CHILDREN * CHILDREN; child++) {
         let offset = vec2u(child % CHILDREN, child / CHILDREN);
-        let texel = id.xy * CHILDREN + offset;
+        let texel = id * CHILDREN + offset;
         if any(texel >= fine_size) {
             continue;
         }

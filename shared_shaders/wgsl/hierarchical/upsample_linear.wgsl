@@ -3,6 +3,7 @@
 // between four coarse texels, which are the parents of all of them. This takes fewer fetches than nine for the four
 // pixels of a texel. With `ambient_visibility` the texture holds one number. With `packed` the coarse light is the
 // radiance of surfels. With `records`, pixels whose surface no parent shows are listed for radiance_cache/fill.wgsl.
+import package::common::division::Division;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(packed && !ambient_visibility) import package::common::surfel::surfel_radiance;
@@ -10,6 +11,7 @@ import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(records) import package::radiance_cache::counters::{counters, first_pixel};
 import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN_WEIGHT, NEARER};
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var coarse_surfels: texture_2d<u32>;
 @if(!packed || ambient_visibility) @group(0) @binding(2) var coarse_indirect: texture_2d<f32>;
@@ -108,10 +110,11 @@ fn write_pixel(texel: vec2i, tolerance: f32, nearest: Parent, across: Parent, do
 }
 
 @compute @workgroup_size(8, 8)
-fn upsample(@builtin(global_invocation_id) id: vec3u) {
+fn upsample(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
     // The texels at and before `at`: there is one row and one column more than texels.
-    let at = vec2i(id.xy);
-    if any(id.xy > textureDimensions(coarse_surfels)) {
+    let at = vec2i(id);
+    if any(id > textureDimensions(coarse_surfels)) {
         return;
     }
     let a = load_parent(at + vec2i(-1, -1));

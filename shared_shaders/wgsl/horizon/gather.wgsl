@@ -1,4 +1,4 @@
-// variants: ambient, packed
+// variants: ambient, packed, float16
 // Horizon-based indirect lighting (Mayaux 2018): along each side of a slice, a sample above the horizon so far lights
 // the receiver through the angle between the two. Everything below the horizon is occluded, because the depth buffer is
 // taken as a height field. With `ambient`, the environment adds the irradiance of the normal times ambient visibility,
@@ -11,6 +11,7 @@ import package::common::math::{most, spread2};
 @if(ambient) import package::scene_voxels::sky_of_receiver::world_end;
 import package::common::tile::tiled_pixel;
 import package::common::view::{View, SKY_DEPTH};
+@if(float16) import package::common::math::LARGEST_FLOAT16;
 import package::common::plane::plane_radiance;
 import package::common::surfel::surfel_depth;
 @if(packed) import package::common::surfel::with_radiance;
@@ -34,7 +35,8 @@ struct Params {
 @group(0) @binding(5) var planes: texture_2d<u32>;
 // With `packed`, surfels whose radiance is the light.
 @if(packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32uint, write>;
-@if(!packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(!packed && !float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(!packed && float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba16float, write>;
 
 @if(ambient) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
 
@@ -144,6 +146,7 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
         // The polynomial may be negative where the sky is dark.
         sum = max(sum, vec4f(0.0));
     }
+    @if(float16) { sum = min(sum, vec4f(LARGEST_FLOAT16)); }
     // The weights of single slices may occlude more than everything, and rounding may open more.
     @if(packed) { textureStore(gathered, pixel, with_radiance(own, max(sum.rgb, vec3f(0.0)))); }
     @if(!packed) { textureStore(gathered, pixel, vec4f(max(sum.rgb, vec3f(0.0)), saturate(sum.w))); }

@@ -1,4 +1,4 @@
-// variants: light, ambient, packed
+// variants: light, ambient, packed, float16
 // Screen-space ray marching (Sousa et al. 2011): rays of random, cosine-distributed directions advance along the screen
 // until one is behind the visible surface by less than the thickness. The hit surface lights the receiver. Without
 // `light`, only ambient visibility is found: the share of rays that hit nothing. With `ambient`, those rays see the
@@ -14,6 +14,8 @@ import package::common::view::{View, SKY_DEPTH};
 import package::common::surfel::surfel_depth;
 @if(light && packed) import package::common::surfel::with_radiance;
 @if(light) import package::common::plane::plane_radiance;
+@if(!light) import package::common::plane::black_plane;
+@if(light && float16) import package::common::math::LARGEST_FLOAT16;
 import package::common::slice::{
     Receiver, Screen, Slice, screen_of, receiver_of, side_of, strides_of, seen_at, plane_of, position_at, ray_of, back_of,
 };
@@ -37,7 +39,8 @@ struct Params {
 // Light in rgb and ambient visibility in a. With `packed`, surfels whose radiance is the light. Without `light`,
 // ambient visibility alone.
 @if(light && packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32uint, write>;
-@if(light && !packed) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(light && !packed && !float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba32float, write>;
+@if(light && !packed && float16) @group(0) @binding(3) var gathered: texture_storage_2d<rgba16float, write>;
 @if(!light) @group(0) @binding(3) var gathered: texture_storage_2d<r32float, write>;
 
 @if(ambient && light) @group(0) @binding(4) var<storage, read> environment: array<vec4f>;
@@ -74,7 +77,8 @@ fn march(receiver: Receiver, direction: vec3f, jitter: f32, screen: Screen) -> v
     var way = strides.way;
     for (var i = 0u; i < STEPS; i++) {
         let seen = seen_at(side, way);
-        let words = textureLoad(planes, seen.texel, 0);
+        var words = textureLoad(planes, seen.texel, 0);
+        @if(!light) { words = black_plane(words); }
         let plane = plane_of(receiver, side, words, seen.offset, way);
         let ray = ray_of(receiver, side, way);
         let position = position_at(receiver, ray, plane.here);
@@ -123,6 +127,7 @@ fn gather(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) loc
         }
         sum += found / f32(RAYS);
     }
+    @if(light && float16) { sum = min(sum, vec4f(LARGEST_FLOAT16)); }
     @if(light && !packed) { textureStore(gathered, pixel, sum); }
     @if(light && packed) { textureStore(gathered, pixel, with_radiance(own, sum.rgb)); }
     @if(!light) { textureStore(gathered, pixel, vec4f(sum.w)); }

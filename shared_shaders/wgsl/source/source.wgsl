@@ -1,10 +1,12 @@
+// variants: float16
 // The source of indirect light in a scene with receive-only surfaces, whose radiance is 0.
 
 @group(0) @binding(0) var direct: texture_2d<f32>;
 @group(0) @binding(1) var material: texture_2d<u32>;
 // One word per material: 1 if it receives light but sends none.
 @group(0) @binding(2) var<storage, read> receive_only: array<u32>;
-@group(0) @binding(3) var source: texture_storage_2d<rgba32float, write>;
+@if(!float16) @group(0) @binding(3) var source: texture_storage_2d<rgba32float, write>;
+@if(float16) @group(0) @binding(3) var source: texture_storage_2d<rgba16float, write>;
 
 @compute @workgroup_size(8, 8)
 fn mask(@builtin(global_invocation_id) id: vec3u) {

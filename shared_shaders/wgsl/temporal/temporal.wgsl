@@ -10,6 +10,7 @@
 //
 // With `glossy` the light is that of mirror lobes. If the eye, the surface or the mirrored surface moves, it changes
 // faster the narrower the lobe is, so fewer frames are averaged (the paper's discussion, section 5.3).
+import package::common::division::Division;
 import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position, pixel_of};
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 @if(glossy) import package::common::scene::Material;
@@ -28,6 +29,7 @@ struct Params {
     settle_frames: u32,
 }
 
+@group(1) @binding(0) var<uniform> division: Division;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var<uniform> previous: PreviousView;
@@ -112,23 +114,24 @@ fn reproject(surface: Surface, at: vec2f) -> Reprojected {
 }
 
 @compute @workgroup_size(8, 8)
-fn temporal(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(filtered)) {
+fn temporal(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation.xy + division.invocation;
+    if any(id >= textureDimensions(filtered)) {
         return;
     }
-    let d = textureLoad(depth, id.xy, 0).x;
+    let d = textureLoad(depth, id, 0).x;
     if d <= SKY_DEPTH {
-        textureStore(history, id.xy, vec4u(0u));
-        textureStore(filtered, id.xy, vec4f(0.0, 0.0, 0.0, 1.0));
+        textureStore(history, id, vec4u(0u));
+        textureStore(filtered, id, vec4f(0.0, 0.0, 0.0, 1.0));
         return;
     }
-    let n = textureLoad(normal, id.xy, 0).xyz;
-    let position = view_position(uv_of_texel(id.xy, 1.0, view.display_size), d, view.tan_half_fov);
-    var light = textureLoad(indirect, id.xy, 0).rgb;
+    let n = textureLoad(normal, id, 0).xyz;
+    let position = view_position(uv_of_texel(id, 1.0, view.display_size), d, view.tan_half_fov);
+    var light = textureLoad(indirect, id, 0).rgb;
     var own_object = 0u;
     var to_previous = previous.view_to_previous;
     @if(animated) {
-        own_object = textureLoad(object, id.xy, 0).x;
+        own_object = textureLoad(object, id, 0).x;
         to_previous = objects[own_object].view_to_previous;
     }
     let position_before = (to_previous * vec4f(position, 1.0)).xyz;
@@ -136,7 +139,7 @@ fn temporal(@builtin(global_invocation_id) id: vec3u) {
     var reach = REACH;
     @if(glossy) {
         // Standard deviation of cos^s, radians.
-        let width = inverseSqrt(max(materials[textureLoad(material, id.xy, 0).x].phong_exponent, 0.0) + 1.0);
+        let width = inverseSqrt(max(materials[textureLoad(material, id, 0).x].phong_exponent, 0.0) + 1.0);
         cap = narrowed(cap, width);
         reach *= width;
     }
@@ -146,7 +149,7 @@ fn temporal(@builtin(global_invocation_id) id: vec3u) {
         // average of a static image stays sharp.
         let way = pixel_of(position_before, previous.tan_half_fov, view.display_size)
             - pixel_of(position, view.tan_half_fov, view.display_size);
-        let at = vec2f(id.xy) + 0.5 + way;
+        let at = vec2f(id) + 0.5 + way;
         // A surface far off the screen may have coordinates that do not fit an integer.
         if all(abs(at - 0.5 * view.display_size) < view.display_size) {
             let surface = Surface(position_before, normalize(transform_normal(to_previous, n)), own_object);
@@ -167,6 +170,6 @@ fn temporal(@builtin(global_invocation_id) id: vec3u) {
     @if(float16) {
         light = min(light, vec3f(LARGEST_FLOAT16));
     }
-    textureStore(history, id.xy, pack_history(History(d, n, own_object, light, min(frames + 1u, most))));
-    textureStore(filtered, id.xy, vec4f(light, 1.0));
+    textureStore(history, id, pack_history(History(d, n, own_object, light, min(frames + 1u, most))));
+    textureStore(filtered, id, vec4f(light, 1.0));
 }

@@ -51,7 +51,7 @@ fn each(suite: &mut Suite, row: &str, scene: &Scene, run: Row) {
     if !suite.wants(GROUP, row) {
         return;
     }
-    let session = Session::new(suite.native, scene);
+    let session = Session::new(suite.native, scene).keep_all();
     for (technique, all) in suite.singles() {
         for settings in all {
             let check = Check::new(GROUP, row, technique.name, &settings);
@@ -203,7 +203,7 @@ fn bouncing(suite: &mut Suite) {
         return;
     }
     let scene = scenes::white_room();
-    let session = Session::new(suite.native, &scene);
+    let session = Session::new(suite.native, &scene).keep_all();
     for (technique, all) in suite.singles() {
         let Some(declared) = parameter(technique, "bounces") else { continue };
         let Kind::Int(_, most) = declared.kind else { continue };

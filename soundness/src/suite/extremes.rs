@@ -91,7 +91,7 @@ pub(super) fn run(suite: &mut Suite) {
 
 fn row(suite: &mut Suite, extreme: &Extreme) {
     let native = suite.native;
-    let session = Session::new(native, &extreme.scene);
+    let session = Session::new(native, &extreme.scene).keep_all();
     for (technique, all) in suite.pairs() {
         for settings in all {
             let check = Check::new(extreme.group, &extreme.row, technique.name, &settings);
@@ -478,7 +478,7 @@ fn parameters(suite: &mut Suite) {
     let row_name = "every choice and both ends of every range, on a scene that has everything";
     if suite.wants(group, row_name) {
         let extreme = Extreme::new(group, row_name, everything()).over(2);
-        let session = Session::new(native, &extreme.scene);
+        let session = Session::new(native, &extreme.scene).keep_all();
         let quick = suite.options.quick;
         let all: Vec<(&'static Technique, Vec<Settings>)> = suite
             .switches

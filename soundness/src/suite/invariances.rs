@@ -18,7 +18,7 @@ use halflight_renderer::{
 };
 use halflight_scenes::{CameraKeyframe, Keyframe, Light, Mesh, Motion, Scene};
 
-use super::Suite;
+use super::{Suite, float16_textures};
 use crate::{
     check::Check,
     scenes,
@@ -244,13 +244,7 @@ fn brightness(session: &Session, subject: Subject) -> Result<Vec<Check>, Error> 
     let other = subject.frame(&twin, SIZE, 0)?;
     // Below 2^-14 float16 has steps of 2^-24, and a driver may truncate, once in each texture that light passes through.
     // Below 2^-126 a float32 may become 0.
-    let plan = frames.plan();
-    let shown = ["indirect", "final"].iter().find_map(|name| plan.outputs.get(name));
-    let halves = plan.resources.iter().enumerate().filter(|(index, resource)| {
-        let is_half = resource.format() == Some(wgpu::TextureFormat::Rgba16Float);
-        is_half && resource.name != "normal" && (resource.name != "final" || shown.is_some_and(|id| id.0 == *index))
-    });
-    let halves = halves.count() as f64;
+    let halves = float16_textures(frames.plan()) as f64;
     let bound = f64::from(FACTOR) * if halves > 0.0 { halves * 2f64.powi(-24) } else { 2f64.powi(-126) };
     let far = |(a, b): (&f32, &f32)| (f64::from(*a) * f64::from(FACTOR) - f64::from(*b)).abs();
     let worst = plain.iter().flatten().zip(other.iter().flatten()).map(far).fold(0.0, f64::max);

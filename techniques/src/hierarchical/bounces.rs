@@ -31,7 +31,7 @@ pub(super) fn plan_bounces(plan: &mut FramePlan, inputs: &Inputs, gather: &Gathe
         let turn = bounce % 2;
         let sum =
             plan.texture_again(format!("sum_{turn}"), start.size, Format::Rgba32Float, "light of all bounces so far");
-        plan.pass(Part::Technique, format!("sum_bounce_{bounce}"), Sum { light, so_far: total, sum })
+        plan.pass(Part::Technique, format!("sum_bounce_{bounce}"), Sum { light, so_far: total, sum, float16: false })
             .because("bounces add up")
             .over(start.size);
         total = sum;

@@ -7,7 +7,7 @@ use super::{
     visibility::{Froxels, LevelFroxels},
 };
 use halflight_frame_graph::{FramePlan, Part, ResourceId};
-use halflight_renderer::gi::resolution::Level;
+use halflight_renderer::gi::resolution::{Level, upsample_cost};
 use halflight_shared_shaders::hierarchical::gather;
 
 /// Shared inputs of the gathers of all bounces.
@@ -92,6 +92,7 @@ impl Gather<'_> {
                     let run = upsampling(parameters).combine(&levels[coarse], coarse_light, level, own, combined);
                     plan.pass(Part::Technique, name, run)
                         .because(format!("adds the light of level {coarse} to level {k}"))
+                        .costs(upsample_cost(levels[coarse].scale / level.scale))
                         .over(levels[coarse].size);
                     Some((k, combined))
                 }

@@ -3,7 +3,7 @@
 use wgpu::TextureFormat as Format;
 
 use super::{Hierarchical, Visibility, VisibilityDownsampling};
-use halflight_frame_graph::{FramePlan, Gpu, Part, ResourceId};
+use halflight_frame_graph::{FramePlan, Part, ResourceId};
 use halflight_renderer::{
     gi::{Inputs, resolution::Level},
     parameters::SettingsError,
@@ -152,7 +152,7 @@ fn plan_finest_froxels(
     let [width, height] = level.size;
     let bytes = u64::from(width) * u64::from(height) * u64::from(SLICES / 8);
     let froxels = plan.buffer("columns", bytes, "froxels while triangles are drawn");
-    let target = plan.texture("voxel_target", level.size, Gpu::DEPTH_FORMAT, "defines the size of the pass");
+    let target = plan.texture("voxel_target", level.size, Format::Depth16Unorm, "defines the size of the pass");
     let vertices = plan.scene_buffer("scene.vertices", "the scene's geometry");
     let objects = scene.animated().then(|| plan.changing_scene_buffer("scene.objects", "objects are animated"));
     let mut first = true;

@@ -6,11 +6,12 @@
 
 mod every;
 
-use halflight_frame_graph::{FramePlan, ResourceKind};
+use glam::Vec3;
+use halflight_frame_graph::{FramePlan, ResourceId, ResourceKind, bytes_in_words};
 use halflight_renderer::{DirectSource, plan_frame, scene::SceneFacts};
 use halflight_scenes::{CameraKeyframe, Environment, Keyframe, Light, Motion, Moves, Scene};
 use halflight_soundness::scenes;
-use halflight_tests::{known, settings};
+use halflight_tests::{bundled, known, settings};
 
 fn plan(scene: &Scene, technique: &str, values: &[(&str, &str)], size: [u32; 2]) -> FramePlan {
     let settings = settings(technique, values);
@@ -56,7 +57,7 @@ fn a_plain_scene_has_no_pass_that_it_does_not_need() {
     assert_eq!(added(&resources(&none), &resources(&hierarchical)), [&surfels[..], &gathered, &combined].concat());
     // No variant that the scene did not ask for either.
     let shaders: Vec<&str> = hierarchical.passes[..3].iter().map(|pass| pass.shader.name).collect();
-    assert_eq!(shaders, ["gbuffer/gbuffer", "shadow/shadow_map", "direct/direct_light+lit"]);
+    assert_eq!(shaders, ["gbuffer/gbuffer", "shadow/shadow_map", "direct/direct_light+lit+float16"]);
 }
 
 #[test]
@@ -72,12 +73,12 @@ fn each_need_adds_exactly_its_own() {
         let of = |name| after.find(name).unwrap().shader.name;
         assert_eq!([of("gbuffer"), of("shadow_0"), of("direct")], shaders);
     };
-    let (shadow, direct) = ("shadow/shadow_map", "direct/direct_light+lit");
+    let (shadow, direct) = ("shadow/shadow_map", "direct/direct_light+lit+float16");
     check(
         |scene| scene.materials[0].emission = [1.0; 3],
         &["material"],
         &[],
-        ["gbuffer/gbuffer+material_id", shadow, "direct/direct_light+lit+emitters"],
+        ["gbuffer/gbuffer+material_id", shadow, "direct/direct_light+lit+emitters+float16"],
     );
     check(
         |scene| scene.materials[0].albedo_texture = Some(0),
@@ -194,7 +195,7 @@ fn without_lights_there_are_no_shadow_maps() {
         resources(&plan),
         ["scene.vertices", "scene.materials", "depth", "normal", "albedo", "depth_test", "direct"]
     );
-    assert_eq!(plan.find("direct").unwrap().shader.name, "direct/direct_light");
+    assert_eq!(plan.find("direct").unwrap().shader.name, "direct/direct_light+float16");
 }
 
 #[test]
@@ -289,8 +290,10 @@ fn bounces_share_the_pyramid_and_the_voxels() {
     };
     let expected: Vec<String> = [vec!["albedo_of_surfels".into()], bounce(2).into(), bounce(3).into()].concat();
     assert_eq!(added(&passes(&one), &passes(&three)), expected);
-    // Memory does not grow with further bounces.
-    assert_eq!(plan("8", "all").technique_bytes(), three.technique_bytes());
+    // Two sets of textures take turns, so memory does not grow with further bounces.
+    let textures = |plan: &FramePlan| plan.resources.iter().map(|resource| resource.bytes()).sum::<u64>();
+    assert_eq!(textures(&plan("8", "all")), textures(&three));
+    assert_eq!(plan("8", "all").technique_bytes(), plan("6", "all").technique_bytes());
     // Each further bounce gathers once a level: eight cost less than eight frames of one.
     let gathers = |plan: &FramePlan| passes(plan).iter().filter(|name| name.starts_with("gather_")).count();
     assert_eq!(gathers(&plan("8", "all")), 8 * gathers(&one));
@@ -320,15 +323,136 @@ fn the_memory_of_the_technique_is_what_its_textures_hold() {
     assert_eq!(plan(&scenes::court(), "hierarchical", &values, SIZE).technique_bytes(), 16 * texels);
 }
 
+/// A plan of the atrium at 1280x720.
+fn atrium(technique: &str, values: &[(&str, &str)]) -> FramePlan {
+    plan(&bundled("atrium"), technique, values, [1280, 720])
+}
+
+/// Pixels of an image of 1280x720.
+const PIXELS: u64 = 1280 * 720;
+/// Bytes of the voxel grid of the atrium: 288 x 140 x 96 bits.
+const CUBES: u64 = 288 * 140 * 96 / 8;
+
+#[test]
+fn a_plain_frame_takes_what_its_formats_need() {
+    let plan = atrium("none", &[]);
+    // Depth, normal, albedo, depth test, direct; 16 bits of depth for the sun, whose map is fine enough; its two views.
+    assert_eq!(plan.bytes(), PIXELS * (4 + 8 + 4 + 4 + 8) + 4096 * 4096 * 2 + 2 * 80);
+    assert_eq!(plan.live_bytes(), plan.bytes(), "nothing could share");
+    // With float32 and 32 bits of depth it took 100.29 MB.
+    assert!(plan.bytes() * 100 <= 100_292_768 * 60, "{}", plan.bytes());
+    let wide = atrium("none", &[("direct.storage", "float32")]);
+    assert_eq!(wide.bytes() - plan.bytes(), PIXELS * 8);
+}
+
+#[test]
+fn slices_take_what_their_formats_need() {
+    // Planes with radiance, surfels without; gathered, filtered and final light as float16.
+    let light = atrium("bitmask", &[]);
+    assert_eq!(light.technique_bytes(), PIXELS * (16 + 8 + 3 * 8) + CUBES);
+    assert!(light.technique_bytes() <= 45_000_000);
+    let wide = atrium("bitmask", &[("storage", "float32")]);
+    assert_eq!(wide.technique_bytes() - light.technique_bytes(), PIXELS * 3 * 8);
+    // Ambient visibility: planes without radiance, and one float before and after the filter.
+    let occlusion = PIXELS * (8 + 8 + 2 * 4);
+    for (technique, values) in [("bitmask", &[("finds", "occlusion")][..]), ("ray-march", &[("finds", "occlusion")])] {
+        // The environment's light and the final image.
+        assert_eq!(atrium(technique, values).technique_bytes(), occlusion + PIXELS * 2 * 16 + CUBES, "{technique}");
+    }
+    assert_eq!(plan(&scenes::court(), "gtao", &[], [1280, 720]).technique_bytes(), occlusion);
+    assert_eq!(plan(&scenes::court(), "ssao", &[], [1280, 720]).technique_bytes(), PIXELS * (8 + 4));
+}
+
+#[test]
+fn passes_of_levels_and_bounces_share_memory() {
+    let values = [("visibility", "auto"), ("bounces", "2")];
+    let plan = atrium("hierarchical", &values);
+    let memory = plan.memory();
+    let name = |id: ResourceId| plan.resources[id.0].name.as_str();
+    let shared: Vec<_> = (0..plan.resources.len())
+        .map(ResourceId)
+        .filter(|&id| memory.owner(id) != id)
+        .map(|id| (name(id), name(memory.owner(id))))
+        .collect();
+    let expected = [
+        ("gathered_from_sky", "gathered_0"),
+        ("denoised_1", "gathered_0"),
+        ("with_sky", "denoised_0"),
+        ("gathered_0_of_even_bounces", "combined_0"),
+        ("combined_0_of_even_bounces", "gathered_0"),
+        ("sum_0", "combined_0"),
+    ];
+    assert_eq!(shared, expected);
+    // Six images of a quarter of the width and height, of 16 bytes a pixel.
+    let apart: u64 = plan.resources.iter().map(|resource| resource.bytes()).sum();
+    assert_eq!(apart - plan.bytes(), 6 * PIXELS / 16 * 16);
+    // More than half are the outputs `indirect` and `final`. Without sharing it took 33.09 MB.
+    assert_eq!((plan.technique_bytes(), plan.live_technique_bytes()), (27_441_928, 21_825_288));
+    assert!(plan.live_bytes() < plan.bytes());
+    let text = plan.to_string();
+    let (first, _) = text.split_once('\n').unwrap();
+    let words =
+        [plan.bytes(), plan.live_bytes(), plan.technique_bytes(), plan.live_technique_bytes()].map(bytes_in_words);
+    let [all, alive, own, own_alive] = words;
+    let expected = format!("{all} ({alive} live at once), of which the technique {own} ({own_alive} live at once)");
+    assert!(first.ends_with(&expected), "{first}");
+    assert!(text.contains("light of the sky; in the memory of gathered_0"), "{text}");
+}
+
+#[test]
+fn indices_are_as_wide_as_their_number() {
+    let format = |materials: usize| {
+        let mut scene = scenes::court();
+        scene.materials[0].emission = [1.0; 3];
+        let last = scene.materials[0].clone();
+        scene.materials.resize(materials, last);
+        let plan = plan(&scene, "none", &[], SIZE);
+        let material = plan.resources.iter().find(|resource| resource.name == "material").unwrap();
+        material.format().unwrap()
+    };
+    use wgpu::TextureFormat as Format;
+    assert_eq!(
+        [256, 257, 65_536, 65_537].map(format),
+        [Format::R8Uint, Format::R16Uint, Format::R16Uint, Format::R32Uint]
+    );
+}
+
+#[test]
+fn shadow_maps_have_16_bits_of_depth_where_these_are_fine_enough() {
+    let format = |scene: &Scene, size: &str| {
+        let plan = plan(scene, "none", &[("direct.shadow_map_size", size)], SIZE);
+        let maps = plan.resources.iter().find(|resource| resource.name == "shadow_maps").unwrap();
+        maps.format().unwrap()
+    };
+    let (narrow, wide) = (wgpu::TextureFormat::Depth16Unorm, wgpu::TextureFormat::Depth32Float);
+    let mut scene = scenes::court();
+    scene.lights = vec![scenes::sun()];
+    assert_eq!(format(&scene, "2048"), narrow);
+    // One step of depth along an eighth of a texel, at most: a long and narrow shaft has too few steps.
+    let mut deep = scene.clone();
+    deep.lights = vec![Light::Directional { direction: [0.0, -1.0, 0.0], irradiance: [1.0; 3] }];
+    let (low, high) = (Vec3::new(0.0, -300.0, 0.0), Vec3::new(1.0, 0.0, 1.0));
+    deep.meshes[0].positions[0] = low.to_array();
+    deep.meshes[0].positions[1] = high.to_array();
+    assert_eq!([format(&deep, "64"), format(&deep, "8192")], [narrow, wide]);
+    // A light that moves may come from where they are too few.
+    let mut moving = scene.clone();
+    moving.moves.lights.push((0, Motion { pivot: [0.0; 3], keyframes: vec![Keyframe::default()] }));
+    assert_eq!(format(&moving, "2048"), wide);
+    // Depth of a perspective map is not linear.
+    scene.lights.push(Light::Point { position: [0.0, 2.0, 0.0], intensity: [1.0; 3] });
+    assert_eq!(format(&scene, "2048"), wide);
+}
+
 #[test]
 fn an_environment_adds_exactly_its_own() {
     let dark = scenes::court();
     let lit = Scene { environment: Some(Environment::constant([1.0; 3])), ..dark.clone() };
     let sky = ["scene.environment", "scene_grid", "scene_cubes", "scene.indices"];
     for (technique, passes_added, resources_added, shader) in [
-        ("bitmask", &["sky", "scene_voxels"][..], &sky[..], "bitmask/gather+light+ambient"),
-        ("horizon", &["sky", "scene_voxels"], &sky, "horizon/gather+ambient"),
-        ("ray-march", &["sky", "scene_voxels"], &sky, "ray-march/march+light+ambient"),
+        ("bitmask", &["sky", "scene_voxels"][..], &sky[..], "bitmask/gather+light+ambient+float16"),
+        ("horizon", &["sky", "scene_voxels"], &sky, "horizon/gather+ambient+float16"),
+        ("ray-march", &["sky", "scene_voxels"], &sky, "ray-march/march+light+ambient+float16"),
         (
             "gtao",
             &["sky", "scene_voxels", "ambient", "composite"],

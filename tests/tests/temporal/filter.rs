@@ -19,7 +19,7 @@ use super::*;
 #[test]
 fn a_still_camera_converges_to_the_average_of_independent_frames() {
     let scene = scenes::court();
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let size = [64, 36];
     // Frames of another seed share no random number with those that the filter sees.
     let other = Request { seed: 7, ..request("hierarchical", &NOISY, size) };
@@ -66,7 +66,7 @@ fn flicker_falls_at_least_five_times_at_a_of_nine_tenths() {
     let size = [64, 36];
     let noisy = request("hierarchical", &NOISY, size);
     let (still, restless) = (scenes::court(), restless());
-    let (still, restless) = (Session::new(device(), &still), Session::new(device(), &restless));
+    let (still, restless) = (Session::new(device(), &still).keep_all(), Session::new(device(), &restless).keep_all());
     let unfiltered = deviation(&lights(&mut frames(&still, &noisy), 0, 63));
     // Filtered frames hang together, so their deviation is taken about the average of many others.
     let truth = mean(&lights(&mut frames(&still, &Request { seed: 7, ..noisy.clone() }), 0, 255));
@@ -114,7 +114,7 @@ fn after_a_teleport_nothing_of_the_old_image_remains() {
         ],
     ] {
         scene.moves = Moves { camera, ..Moves::default() };
-        let session = Session::new(device(), &scene);
+        let session = Session::new(device(), &scene).keep_all();
         let request = request("hierarchical", &filtered("0.9"), [48, 27]);
         let mut long = frames(&session, &request);
         lights(&mut long, 10, 10);
@@ -129,7 +129,7 @@ fn after_a_teleport_nothing_of_the_old_image_remains() {
     }
     // A small step is none of these.
     scene.moves = Moves { camera: vec![key(0, here.eye, false), key(10, [0.1, 1.4, 4.0], false)], ..Moves::default() };
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let request = request("hierarchical", &filtered("0.9"), [48, 27]);
     let (mut long, mut fresh) = (frames(&session, &request), frames(&session, &request));
     lights(&mut long, 10, 10);
@@ -160,7 +160,7 @@ fn a_moving_bright_object_leaves_no_ghost_older_than_the_half_life() {
     let size = [64, 36];
     let reference = |frame| {
         let posed = scene.posed(frame);
-        let session = Session::new(device(), &posed);
+        let session = Session::new(device(), &posed).keep_all();
         let mut run = frames(&session, &request("hierarchical", &smooth("256"), size));
         let image = run.mean_over_frames("indirect", 32).unwrap().0;
         (image, run.read("depth").unwrap().unwrap())
@@ -170,7 +170,7 @@ fn a_moving_bright_object_leaves_no_ghost_older_than_the_half_life() {
     let stayed: Vec<bool> = depth_before.iter().zip(&depth_after).map(|(a, b)| a[0] == b[0] && a[0] > 0.0).collect();
     let uncovered: Vec<bool> = depth_before.iter().zip(&depth_after).map(|(a, b)| a[0] != b[0] && b[0] > 0.0).collect();
     assert!(uncovered.iter().filter(|&&v| v).count() > 20);
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     // Noise of the residue of one frame.
     let mut unfiltered = frames(&session, &request("hierarchical", &smooth("64"), size));
     let residues: Vec<f64> = (leaves..leaves + 24)
@@ -222,13 +222,13 @@ fn glossy_light_is_forgotten_the_faster_the_narrower_its_lobe() {
         };
         let reference = |frame| {
             let posed = scene.posed(frame);
-            let session = Session::new(device(), &posed);
+            let session = Session::new(device(), &posed).keep_all();
             let mut run = frames(&session, &request("hierarchical", &settings("256", "0"), size));
             run.mean_over_frames("glossy", 12).unwrap().0
         };
         let (old, new) = (reference(0), reference(leaves));
         let all = vec![true; old.len()];
-        let session = Session::new(device(), &scene);
+        let session = Session::new(device(), &scene).keep_all();
         let mut run = frames(&session, &request("hierarchical", &settings("256", "0.9"), size));
         for frame in 0..leaves + 8 {
             run.run(frame).unwrap();
@@ -250,7 +250,7 @@ fn glossy_light_is_forgotten_the_faster_the_narrower_its_lobe() {
 #[test]
 fn the_same_seed_gives_the_same_frames() {
     let scene = bundled("motion");
-    let session = Session::new(device(), &scene);
+    let session = Session::new(device(), &scene).keep_all();
     let run = |seed| {
         let request = Request { seed, ..request("hierarchical", &filtered("0.9"), [33, 19]) };
         let mut run = frames(&session, &request);
@@ -272,7 +272,7 @@ fn brightness_and_units_scale_exactly_over_frames() {
         scene
     };
     let run = |scene: &Scene| {
-        let session = Session::new(device(), scene);
+        let session = Session::new(device(), scene).keep_all();
         let mut run = frames(&session, &request("hierarchical", &filtered("0.9"), [48, 27]));
         lights(&mut run, 6, 6).remove(0)
     };

@@ -13,6 +13,7 @@ use crate::{
     show::Look,
     side::{Moment, Progress, Side},
     stage::Stage,
+    state::View,
 };
 
 /// Time between two passes of the interface while a software adapter traces: about that of its batches.
@@ -112,9 +113,11 @@ impl Viewer {
         }
         let (gpu, size) = (&self.gpu, self.state.size);
         let configuration = &self.state.sides[index];
+        // Other textures take over the memory of single steps, unless somebody looks at them.
+        let keep_all = self.checking[index] || matches!(self.state.view, View::Texture(_));
         let updated = match &mut self.sides[index] {
-            Some(side) => side.update(gpu, stage, configuration, size),
-            None => Side::new(gpu, stage, configuration, size).map(|side| {
+            Some(side) => side.update(gpu, stage, configuration, size, keep_all),
+            None => Side::new(gpu, stage, configuration, size, keep_all).map(|side| {
                 self.sides[index] = Some(side);
                 true
             }),

@@ -14,7 +14,7 @@ fn plan([width, height]: [u32; 2]) -> FramePlan {
     let receive_only = plan.data("receive_only", vec![0; 400], "flags");
     let source = plan.texture("source", [width, height], Format::Rgba32Float, "light");
     plan.buffer("sums", 5000, "sums");
-    plan.pass(Part::Technique, "source", Source { direct, material, receive_only, source })
+    plan.pass(Part::Technique, "source", Source { direct, material, receive_only, source, float16: false })
         .because("a test")
         .over([width, height]);
     let vertices = plan.scene_buffer("scene.vertices", "geometry");

@@ -25,6 +25,13 @@ fn float16_textures(plan: &FramePlan) -> usize {
     halves.count()
 }
 
+/// Number of textures in which a plan packs light into surfels after it was gathered: mantissas of 12 bits.
+fn packed_textures(plan: &FramePlan) -> usize {
+    let is_light = |name: &str| name == "gathered" || name.starts_with("denoised");
+    let packed = |format| format == Some(wgpu::TextureFormat::Rgba32Uint);
+    plan.resources.iter().filter(|resource| is_light(&resource.name) && packed(resource.format())).count()
+}
+
 /// What to run.
 #[derive(Clone, Debug)]
 pub struct Options {

@@ -13,7 +13,7 @@ use halflight_scenes::Scene;
 use halflight_shared_shaders::UniformValue;
 use halflight_techniques::technique;
 
-use super::{Suite, closed_forms::SHORT_NORMAL, float16_textures};
+use super::{Suite, closed_forms::SHORT_NORMAL, float16_textures, packed_textures};
 use crate::{
     check::Check,
     oracle::{
@@ -349,8 +349,10 @@ fn storage(suite: &mut Suite) {
                     "float32" => (0.0, "the same seed gives the same bits"),
                     // A driver may truncate instead of rounding, once in each texture.
                     "float16" => {
-                        let textures = float16_textures(frames.plan()) as f64;
-                        (textures * 2f64.powi(-10), "float16 keeps 11 bits in each texture that light passes through")
+                        let [halves, packed] =
+                            [float16_textures, packed_textures].map(|count| count(frames.plan()) as f64);
+                        let bound = halves * 2f64.powi(-10) + packed * 2f64.powi(-12);
+                        (bound, "float16 keeps 11 bits and packed light 12 in each texture that light passes through")
                     }
                     _ => (f64::INFINITY, "no claim"),
                 };

@@ -8,7 +8,7 @@ import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 @if(packed && !ambient_visibility) import package::common::surfel::surfel_radiance;
 @if(float16) import package::common::math::LARGEST_FLOAT16;
-@if(records) import package::radiance_cache::counters::{counters, first_pixel};
+@if(records) import package::radiance_cache::counters::{counters, first_pixel, most_pixels};
 import package::hierarchical::bilateral::{surface_weight, inverse_tolerance, MIN_WEIGHT, NEARER};
 
 @group(1) @binding(0) var<uniform> division: Division;
@@ -101,7 +101,10 @@ fn write_pixel(texel: vec2i, tolerance: f32, nearest: Parent, across: Parent, do
     @if(records) {
         if weight < LEAST_WEIGHT && d > SKY_DEPTH {
             let number = u32(texel.y) * textureDimensions(indirect).x + u32(texel.x);
-            counters.lists[first_pixel() + atomicAdd(&counters.pixels, 1u)] = number;
+            let entry = atomicAdd(&counters.pixels, 1u);
+            if entry < most_pixels() {
+                counters.lists[first_pixel() + entry] = number;
+            }
         }
     }
     result = select(vec3f(0.0), result, d > SKY_DEPTH);

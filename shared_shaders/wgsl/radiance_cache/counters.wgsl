@@ -53,3 +53,8 @@ fn first_parent() -> u32 {
 fn first_pixel() -> u32 {
     return 2u * arrayLength(&cells);
 }
+
+/// Length that the list of pixels may have. Further pixels keep the light of the nearest surfel.
+fn most_pixels() -> u32 {
+    return arrayLength(&counters.lists) - first_pixel();
+}

@@ -3,7 +3,7 @@
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 import package::common::view::{View, uv_of_texel, view_position};
 import package::radiance_cache::cells::{level_at, place_of};
-import package::radiance_cache::counters::{counters, first_pixel, stride_of};
+import package::radiance_cache::counters::{counters, first_pixel, most_pixels, stride_of};
 import package::radiance_cache::light::light_of_surface;
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -14,7 +14,7 @@ import package::radiance_cache::light::light_of_surface;
 
 @compute @workgroup_size(64)
 fn fill(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
-    let count = atomicLoad(&counters.pixels);
+    let count = min(atomicLoad(&counters.pixels), most_pixels());
     let width = textureDimensions(depth).x;
     for (var i = id.x; i < count; i += stride_of(workgroups)) {
         let number = counters.lists[first_pixel() + i];

@@ -158,7 +158,11 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     // The shares of the records are rounded at random, so their sum varies.
     let most_rays = ((1.0 + NEW_RAYS) * 1.1 * parameters.rays as f32) as u32 + 1024;
     let rays = buffer("rays", u64::from(most_rays) * RAY_BYTES, "rays of this frame");
-    let counters = buffer("counters", COUNTERS_BYTES + 4 * (2 * each + pixels.div_ceil(2)), "numbers and lists of the whole cache");
+    let counters = buffer(
+        "counters",
+        COUNTERS_BYTES + 4 * (2 * each + pixels.div_ceil(2)),
+        "numbers and lists of the whole cache",
+    );
     let over_slots = [slots, 1];
     let over_taken = [slots.div_ceil(SHARE), 1];
     let over_rays = [parameters.rays, 1];

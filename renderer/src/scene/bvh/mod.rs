@@ -59,7 +59,13 @@ impl SceneBvh {
         let has_holes = tree.has_holes || moving.has_holes;
         let joined = Joined::new(tree, &moving);
         let mut bvh = Self::upload(gpu, joined.texels(&moving), has_holes, scene, &joined.slots_of(&moving))?;
-        bvh.moving = Some(Arc::new(MovingBvh::new(joined, &bvh, poses)));
+        let moving = MovingBvh::new(joined, &bvh, poses);
+        #[cfg_attr(
+            target_arch = "wasm32",
+            expect(clippy::arc_with_non_send_sync, reason = "only elsewhere may textures go to other threads")
+        )]
+        let moving = Arc::new(moving);
+        bvh.moving = Some(moving);
         Ok(bvh)
     }
 

@@ -17,7 +17,8 @@ pub fn part_colour(part: Part) -> Color32 {
 /// Milliseconds with three significant digits.
 pub fn milliseconds(ms: f64) -> String {
     // The sum of an empty list is -0.0.
-    match ms + 0.0 {
+    let ms = ms + 0.0;
+    match ms {
         _ if !ms.is_finite() => "…".into(),
         _ if ms < 1.0 => format!("{ms:.3} ms"),
         _ if ms < 100.0 => format!("{ms:.2} ms"),

@@ -60,12 +60,22 @@ pub fn apply(side: &mut Configuration, preset: &Preset) {
     }
 }
 
+/// The name of a parameter in words. Where two of a technique have the same one, that of the other group has the group's
+/// name before it.
+fn title(side: &Configuration, parameter: &Parameter) -> String {
+    let same = parameters_of(side.technique()).iter().filter(|other| other.name == parameter.name).count();
+    let key = parameter.key();
+    let is_own = key.strip_prefix(side.technique).is_some_and(|rest| rest.starts_with('.'));
+    let words = if same > 1 && !is_own { key.replace('.', " ") } else { parameter.name.to_owned() };
+    words.replace('_', " ")
+}
+
 /// One parameter: name, slider or choice, unit, tooltip, and a button that resets it.
 fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Parameter, marks: &mut Marks) {
     let key = parameter.key();
     let mut value = side.settings.get(&key).unwrap_or(&parameter.default).clone();
     let before = value.clone();
-    let title = parameter.name.replace('_', " ");
+    let title = title(side, parameter);
     let tooltip = tooltip(parameter);
     let unit = if matches!(parameter.unit, "" | "1") { String::new() } else { format!(" {}", parameter.unit) };
     ui.horizontal_wrapped(|ui| {

@@ -62,7 +62,7 @@ fn a_furnace_sums_the_series() {
     let mut frames = frames(&session, &request("radiance-cache", &[("storage", "float32")], SIZE));
     let light = light_after(&mut frames, 64);
     for [value, ..] in light {
-        // Every ray finds the same light. What is left are the albedos of 16 links, which are rounded to 5 bits of their
+        // Every ray finds the same light. What is left are the albedos of 8 links, which are rounded to 5 bits of their
         // square root at random: 0.459 or 0.504 instead of 0.5, with a mean within 0.005. This counts twice in the sum.
         assert!((1.9..2.04).contains(&value), "{value}");
     }
@@ -117,7 +117,7 @@ fn light_follows_a_lamp() {
     let [before, after, converged] = [&before, &after, &converged].map(|light| mean_of(&truth.albedo, light) / wanted);
     println!("before {before:.3}, after 8 frames {after:.3}, converged {converged:.3}");
     assert!((before - 1.0).abs() > 0.1, "the light hardly changes: {before}");
-    // 16 links a record leave noise, which the mean over the picture does not have.
+    // 8 links a record leave noise, which the mean over the picture does not have.
     assert!((after / converged - 1.0).abs() < 0.1, "after 8 frames {after}, converged {converged}");
 }
 

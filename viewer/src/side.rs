@@ -49,8 +49,6 @@ pub struct Side {
     texture: Option<eframe::egui::TextureId>,
     drawing: Option<Work>,
     timestamps: Option<Reading>,
-    /// Whether passes were repeated since the last frame, so that what they keep is of no frame.
-    interrupted: bool,
     round: Option<Round>,
     /// Running medians of the passes' times.
     pub times: Times,
@@ -139,7 +137,6 @@ impl Side {
             texture: None,
             drawing: None,
             timestamps: None,
-            interrupted: false,
             round: None,
             method,
             frames_left: 0,
@@ -233,14 +230,9 @@ impl Side {
             && round.collect(&mut self.times)
         {
             self.round = None;
-            self.interrupted = self.keeps_buffers();
-            if self.interrupted {
-                self.unfiltered = FILTERED_FRAMES;
-            }
         }
         let moved = self.moment != Some(moment);
         if moved {
-            self.interrupted |= self.round.is_some() && self.keeps_buffers();
             self.round = None;
             self.frames_left = MEASURED_FRAMES;
             // In an animated scene the filter continues with the next frame of the animation.
@@ -284,9 +276,6 @@ impl Side {
         } else if self.has_history() {
             seen.frame = self.drawn_frames;
             seen.continuity = if moved { Continuity::Changing } else { Continuity::Static };
-        }
-        if std::mem::take(&mut self.interrupted) {
-            seen.continuity = Continuity::Cut;
         }
         self.drawn_frames = self.drawn_frames.wrapping_add(1);
         // Frames of a moment after its first one are measured.
@@ -401,12 +390,6 @@ impl Side {
     /// Whether the picture of the current moment is final.
     pub fn is_settled(&self) -> bool {
         self.is_drawn() && self.unfiltered == 0 && self.drawing.is_none()
-    }
-
-    /// Whether its passes keep buffers from frame to frame. When they run many times to be timed, they leave these in a state
-    /// that no frame has: a cut discards it.
-    fn keeps_buffers(&self) -> bool {
-        self.has_history() && !self.graph.plan().has_previous_images()
     }
 
     /// Whether a frame depends on earlier frames.

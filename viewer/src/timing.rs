@@ -186,6 +186,9 @@ impl Future for Work {
 
 /// A round of repetitions: each pass once, then several times in one submission. The difference does not contain the
 /// overhead of a submission. The interface is not painted during a round, because that would be timed, too.
+///
+/// Where a technique keeps buffers from frame to frame, a repeated pass would change them again. Its passes run once, so that
+/// a round is one more frame. Their time is that of the submission without that of an empty one.
 pub struct Round {
     found: Arc<Mutex<Found>>,
 }
@@ -211,13 +214,17 @@ impl Round {
             graph.record_repeated(&mut encoder, pass, repeats);
             encoder.finish()
         };
+        let keeps_buffers = graph.has_history() && !graph.plan().has_previous_images();
         let jobs: Vec<_> = times
             .medians()
             .enumerate()
-            .map(|(pass, (_, _, ms))| {
+            .map(|(pass, (_, part, ms))| {
+                if keeps_buffers && part == Part::Technique {
+                    return (pass, encode(pass, 1), None);
+                }
                 let repeats = if ms.is_finite() { (REPEATED_MS / ms.max(0.01)) as u32 } else { FIRST_REPEATS };
                 let repeats = repeats.clamp(2, MOST_REPEATS);
-                (pass, repeats, encode(pass, 1), encode(pass, 1 + repeats))
+                (pass, encode(pass, 1), Some((repeats, encode(pass, 1 + repeats))))
             })
             .collect();
         let found: Arc<Mutex<Found>> = Arc::default();
@@ -225,9 +232,10 @@ impl Round {
         let round = async move {
             // Wait for earlier submissions, such as the painting of the interface.
             Work::submit(&queue, None).await;
+            let empty = Work::submit(&queue, None).await;
             // Checked before every submission: the textures of a dropped round may be destroyed.
             let is_over = || results.lock().unwrap_or_else(PoisonError::into_inner).over;
-            for (pass, repeats, once, many) in jobs {
+            for (pass, once, repeated) in jobs {
                 if is_over() {
                     return;
                 }
@@ -235,8 +243,13 @@ impl Round {
                 if is_over() {
                     return;
                 }
-                let many = Work::submit(&queue, Some(many)).await;
-                let each = (many - once).max(0.0) / f64::from(repeats);
+                let each = match repeated {
+                    None => (once - empty).max(0.0),
+                    Some((repeats, many)) => {
+                        let many = Work::submit(&queue, Some(many)).await;
+                        (many - once).max(0.0) / f64::from(repeats)
+                    }
+                };
                 results.lock().unwrap_or_else(PoisonError::into_inner).passes.push((pass, each));
             }
             results.lock().unwrap_or_else(PoisonError::into_inner).over = true;

@@ -79,11 +79,14 @@ fn random_words(pixel: vec2u, frame: u32, stream: u32, seed: u32) -> vec3u {
     return pcg3d(vec3u(pixel.x | (pixel.y << 16u), frame, stream ^ (seed * 0x9E3779B9u)));
 }
 
+/// Random words as numbers, uniform in [0, 1). 24 bits fill the mantissa of a float32 exactly, so 1.0 is never reached.
+fn unit_numbers(words: vec3u) -> vec3f {
+    return vec3f(words >> vec3u(8u)) * 5.9604644775390625e-8;
+}
+
 /// Three random numbers, uniform in [0, 1): see `random_words`.
 fn random3(pixel: vec2u, frame: u32, stream: u32, seed: u32) -> vec3f {
-    let word = random_words(pixel, frame, stream, seed);
-    // 24 bits fill the mantissa of a float32 exactly, so 1.0 is never reached.
-    return vec3f(word >> vec3u(8u)) * 5.9604644775390625e-8;
+    return unit_numbers(random_words(pixel, frame, stream, seed));
 }
 
 /// Two random numbers for each pixel that are also stratified over neighbouring pixels: the R2 lattice (Roberts 2018)
@@ -95,7 +98,7 @@ fn spread2(pixel: vec2u, frame: u32, stream: u32, seed: u32, over_frames: bool) 
     if over_frames {
         // The R2 lattice again, over frames, in 32 bits that wrap like `fract`. The two numbers are swapped relative to
         // those over pixels, so that no frame repeats the numbers that a neighbour had in the previous frame.
-        start += vec3f(vec3u(frame * vec2u(2447445414u, 3242174889u), 0u) >> vec3u(8u)) * 5.9604644775390625e-8;
+        start += unit_numbers(vec3u(frame * vec2u(2447445414u, 3242174889u), 0u));
     }
     // 1 / g and 1 / g^2 of the plastic number g. The second row is the first one rotated, so that the two numbers of a
     // pixel are not correlated.

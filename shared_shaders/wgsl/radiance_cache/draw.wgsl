@@ -1,5 +1,5 @@
 // Draws the rays of this frame: each record gets its share of the budget, rounded at random.
-import package::common::math::random_words;
+import package::common::math::{random_words, unit_numbers};
 import package::common::streams::CACHE_SHARE_STREAM;
 import package::common::view::View;
 import package::radiance_cache::cells::{cells, hash_of, place_of_slot};
@@ -37,7 +37,7 @@ fn rays_of(slot: u32) -> u32 {
     }
     // The random number belongs to the cell, so that it does not depend on the order in which slots were taken.
     let words = random_words(hash_of(place_of_slot(slot)).xy, view.frame, CACHE_SHARE_STREAM, view.seed);
-    return u32(share + f32(words.x >> 8u) * 5.9604644775390625e-8);
+    return u32(share + unit_numbers(words).x);
 }
 
 @compute @workgroup_size(64)

@@ -1,10 +1,11 @@
 // variants: float16
 // Light of the pixels whose surface no surfel of half resolution shows: that of their own records.
 @if(float16) import package::common::math::LARGEST_FLOAT16;
-import package::common::view::{View, uv_of_texel, view_position};
+import package::common::view::View;
 import package::radiance_cache::cells::{level_at, place_of};
 import package::radiance_cache::counters::{counters, first_pixel, most_pixels, stride_of};
 import package::radiance_cache::light::light_of_surface;
+import package::radiance_cache::pixels::surface_of_pixel;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(2) var depth: texture_2d<f32>;
@@ -20,11 +21,9 @@ fn fill(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
         let number = counters.lists[first_pixel() + i];
         let pixel = vec2u(number % width, number / width);
         let d = textureLoad(depth, pixel, 0).x;
-        let in_view = view_position(uv_of_texel(pixel, 1.0, view.display_size), d, view.tan_half_fov);
-        let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
-        let world_normal = normalize((view.view_to_world * vec4f(textureLoad(normal, pixel, 0).xyz, 0.0)).xyz);
-        let place = place_of(position, world_normal, level_at(d, view));
-        var light = light_of_surface(place, position, world_normal, d, view);
+        let surface = surface_of_pixel(pixel, d, textureLoad(normal, pixel, 0).xyz, view);
+        let place = place_of(surface.position, surface.normal, level_at(d, view));
+        var light = light_of_surface(place, surface.position, surface.normal, d, view);
         if light.w > 0.0 {
             @if(float16) { light = min(light, vec4f(LARGEST_FLOAT16)); }
             textureStore(indirect, pixel, vec4f(light.rgb, 1.0));

@@ -15,6 +15,7 @@ fn mix_levels(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
         var light = vec3f(0.0);
         var left = 1.0;
         var last = vec3f(0.0);
+        var is_known = false;
         var found = totals[shown() + slot];
         var place = place_of_slot(slot);
         for (var level = 0u; level <= COARSER_LEVELS; level++) {
@@ -23,6 +24,7 @@ fn mix_levels(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
                 light += left * share * found.rgb;
                 left *= 1.0 - share;
                 last = found.rgb;
+                is_known = true;
             }
             place = parent_of(place);
             found = vec4f(0.0);
@@ -34,6 +36,6 @@ fn mix_levels(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups)
             }
         }
         // The coarsest one takes the rest.
-        mixed[slot] = vec4f(light + left * last, select(0.0, 1.0, left < 1.0));
+        mixed[slot] = vec4f(light + left * last, select(0.0, 1.0, is_known));
     }
 }

@@ -1,9 +1,10 @@
 // Finds or makes the records of what the camera sees: one pixel of every square of 4 x 4 is looked at in each frame.
 import package::common::math::random_words;
 import package::common::streams::CACHE_SQUARE_STREAM;
-import package::common::view::{View, SKY_DEPTH, uv_of_texel, view_position};
+import package::common::view::{View, SKY_DEPTH};
 import package::radiance_cache::cells::{COARSER_LEVELS, NO_SLOT, cells, find_or_insert, level_at, parent_of, place_of};
 import package::radiance_cache::counters::stamp;
+import package::radiance_cache::pixels::surface_of_pixel;
 import package::radiance_cache::squares::{SQUARE, pixel_of_square, squares_across};
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -21,10 +22,8 @@ fn seek(@builtin(global_invocation_id) id: vec3u) {
     if d <= SKY_DEPTH {
         return;
     }
-    let in_view = view_position(uv_of_texel(pixel, 1.0, view.display_size), d, view.tan_half_fov);
-    let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
-    let world_normal = normalize((view.view_to_world * vec4f(textureLoad(normal, pixel, 0).xyz, 0.0)).xyz);
-    var place = place_of(position, world_normal, level_at(d, view));
+    let surface = surface_of_pixel(pixel, d, textureLoad(normal, pixel, 0).xyz, view);
+    var place = place_of(surface.position, surface.normal, level_at(d, view));
     var slot = find_or_insert(place);
     if slot != NO_SLOT {
         // One of the squares whose pixels are inside is chosen at random. The pixel follows from the square.

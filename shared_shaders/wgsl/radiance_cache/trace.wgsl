@@ -1,11 +1,11 @@
 // variants: lit, environment, emitting
 // Traces the rays of this frame and finds the light at their ends.
-import package::common::math::{LARGEST_RADIANCE, PI, octahedral_decode, random3, random_words};
+import package::common::math::{LARGEST_RADIANCE, PI, octahedral_decode, random3, random_words, unit_numbers};
 import package::common::hemisphere::cosine_direction;
 import package::common::streams::{CACHE_ALBEDO_STREAM, CACHE_DIRECTION_STREAM, CACHE_HIT_STREAM};
 @if(environment) import package::common::streams::CACHE_SKY_STREAM;
 @if(emitting) import package::common::streams::CACHE_EMITTER_STREAM;
-import package::common::view::{View, uv_of_texel, view_position};
+import package::common::view::View;
 @if(environment) import package::truth::sky::{draw_sky, sky_density, sky_radiance};
 @if(lit) import package::common::scene::Light;
 @if(lit) import package::radiance_cache::lamps::reflected;
@@ -17,6 +17,7 @@ import package::radiance_cache::cells::{
     NO_SLOT, cells, records, find_or_insert, hash_of, level_of_hits_at, place_of_hit, place_of_slot,
 };
 import package::radiance_cache::counters::{counters, stamp, stride_of};
+import package::radiance_cache::pixels::{PixelSurface, surface_of_pixel};
 import package::radiance_cache::squares::{pixel_of_square, squares_across};
 import package::radiance_cache::links::{
     MOVES, NO_SURFACE, Link, pack_luminance, pack_position, pack_source, pack_surface, rays,
@@ -43,33 +44,23 @@ override DRAW_SKY: bool;
 /// Whether further bounces are taken.
 override BOUNCES: bool;
 
-struct Origin {
-    position: vec3f,
-    normal: vec3f,
-}
-
 /// Where the rays of a record start in this frame: at the pixel that was chosen, otherwise at its own position.
-fn origin_of(slot: u32) -> Origin {
+fn origin_of(slot: u32) -> PixelSurface {
     let square = atomicLoad(&cells[slot].pixel) & 0xffffffu;
     if square == 0u {
-        return Origin(records[slot].position, octahedral_decode(unpack2x16snorm(records[slot].normal)));
+        return PixelSurface(records[slot].position, octahedral_decode(unpack2x16snorm(records[slot].normal)));
     }
     let size = textureDimensions(depth);
     let across = squares_across(size.x);
     let pixel = pixel_of_square(vec2u((square - 1u) % across, (square - 1u) / across), size, view);
-    let d = textureLoad(depth, pixel, 0).x;
-    let in_view = view_position(uv_of_texel(pixel, 1.0, view.display_size), d, view.tan_half_fov);
-    return Origin(
-        (view.view_to_world * vec4f(in_view, 1.0)).xyz,
-        normalize((view.view_to_world * vec4f(textureLoad(normal, pixel, 0).xyz, 0.0)).xyz),
-    );
+    return surface_of_pixel(pixel, textureLoad(depth, pixel, 0).x, textureLoad(normal, pixel, 0).xyz, view);
 }
 
 /// Light of a direction that is drawn from the sky by its power, weighted against rays drawn from the cosine by the balance
 /// heuristic (Veach 1997, Section 9.2.2).
 @if(environment)
-fn sky_by_power(origin: Origin, random: vec2u) -> vec3f {
-    let sky = draw_sky(vec2f(random >> vec2u(8u)) * 5.9604644775390625e-8);
+fn sky_by_power(origin: PixelSurface, random: vec2u) -> vec3f {
+    let sky = draw_sky(unit_numbers(vec3u(random, 0u)).xy);
     let density = dot(origin.normal, sky.direction) / PI;
     if density <= 0.0 || all(sky.radiance <= vec3f(0.0)) {
         return vec3f(0.0);
@@ -83,9 +74,8 @@ fn sky_by_power(origin: Origin, random: vec2u) -> vec3f {
 
 /// Light of a point that is drawn from the emitters by its power, weighted in the same way.
 @if(emitting)
-fn emitter_by_power(emitters_of_scene: Emitters, origin: Origin, random: vec3u) -> vec3f {
-    let numbers = vec2f(random.yz >> vec2u(8u)) * 5.9604644775390625e-8;
-    let point = draw_emitter(emitters_of_scene, origin.position, random.x, numbers);
+fn emitter_by_power(emitters_of_scene: Emitters, origin: PixelSurface, random: vec3u) -> vec3f {
+    let point = draw_emitter(emitters_of_scene, origin.position, random.x, unit_numbers(random).yz);
     let distance = length(point.along);
     let density = dot(origin.normal, point.along) / (PI * max(distance, 1e-30));
     if emitters_of_scene.count == 0u || density <= 0.0 || all(point.emission <= vec3f(0.0)) {
@@ -102,7 +92,7 @@ fn emitter_by_power(emitters_of_scene: Emitters, origin: Origin, random: vec3u) 
 
 /// Two numbers of sample `index` of a cell: the R2 lattice (Roberts 2018) from a random start.
 fn sample_at(start: vec2u, index: u32) -> vec2f {
-    return vec2f((start + index * vec2u(3242174889u, 2447445414u)) >> vec2u(8u)) * 5.9604644775390625e-8;
+    return unit_numbers(vec3u(start + index * vec2u(3242174889u, 2447445414u), 0u)).xy;
 }
 
 fn trace_ray(number: u32) {

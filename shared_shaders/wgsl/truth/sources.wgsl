@@ -1,4 +1,5 @@
 // Sources of light with an area: emitting triangles and the sky. Points on them are drawn by their power.
+import package::common::math::unit_numbers;
 import package::truth::emitters::{Emitters, draw_emitter};
 import package::truth::sky::draw_sky;
 import package::truth::params::params;
@@ -34,8 +35,7 @@ fn sky_source(random: vec2f) -> Source {
 
 /// A point on a source for a receiver at `position`. With both kinds of source, each is drawn half of the time.
 fn draw_source(position: vec3f, random: vec3u, emitters_too: bool, sky_too: bool) -> Source {
-    // 24 bits fill the mantissa of a float32.
-    let numbers = vec2f(random.yz >> vec2u(8u)) * 5.9604644775390625e-8;
+    let numbers = unit_numbers(random).yz;
     if !emitters_too {
         return sky_source(numbers);
     }

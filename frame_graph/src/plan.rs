@@ -12,6 +12,8 @@ mod division;
 mod limits;
 mod memory;
 mod pass_builder;
+#[cfg(test)]
+mod test_passes;
 
 pub(crate) use dependencies::Dependencies;
 pub use dependencies::{Cause, Dependency, When};

@@ -319,30 +319,16 @@ impl FramePlan {
 
 #[cfg(test)]
 mod tests {
-    use halflight_shared_shaders::{composite::Composite, shadow::shadow_map::ShadowMap, sky::Sky};
+    use halflight_shared_shaders::{shadow::shadow_map::ShadowMap, sky::Sky};
     use wgpu::TextureFormat as Format;
 
     use super::*;
-    use crate::plan::{Part, Tile};
+    use crate::plan::{Part, Tile, test_passes::pass};
 
     const SIZE: [u32; 2] = [4, 4];
 
     fn texture(plan: &mut FramePlan, name: &str) -> ResourceId {
         plan.texture(name, SIZE, Format::Rgba32Float, "test")
-    }
-
-    /// A pass that reads a texture and writes another.
-    fn pass(plan: &mut FramePlan, name: &str, reads: ResourceId, writes: ResourceId) {
-        let composite = Composite {
-            direct: reads,
-            albedo: reads,
-            indirect: reads,
-            final_image: writes,
-            float16: false,
-            glossy: None,
-            transmitted: None,
-        };
-        plan.pass(Part::Technique, name, composite).over(SIZE);
     }
 
     fn shadow_map(plan: &mut FramePlan) -> ShadowMap<ResourceId> {

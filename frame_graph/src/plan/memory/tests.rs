@@ -1,8 +1,8 @@
-use halflight_shared_shaders::{composite::Composite, shadow::shadow_map::ShadowMap};
+use halflight_shared_shaders::shadow::shadow_map::ShadowMap;
 use wgpu::TextureFormat as Format;
 
 use super::*;
-use crate::plan::{Cause, Handle, Tile};
+use crate::plan::{Cause, Handle, Tile, test_passes};
 
 const SIZE: [u32; 2] = [8, 4];
 /// Bytes of a texture of this size and `Format::Rgba32Float`.
@@ -15,16 +15,7 @@ fn texture(plan: &mut FramePlan, name: &str) -> ResourceId {
 /// A pass that reads a texture and writes another.
 fn pass(plan: &mut FramePlan, reads: ResourceId, writes: ResourceId) {
     let name = format!("pass_{}", plan.passes.len());
-    let composite = Composite {
-        direct: reads,
-        albedo: reads,
-        indirect: reads,
-        final_image: writes,
-        float16: false,
-        glossy: None,
-        transmitted: None,
-    };
-    plan.pass(Part::Technique, name, composite).over(SIZE);
+    test_passes::pass(plan, &name, reads, writes);
 }
 
 /// A draw into a layer or tile of a depth target that depends on a handle.

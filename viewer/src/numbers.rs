@@ -48,6 +48,9 @@ pub fn times(ui: &mut Ui, side: &Side) {
             ui.end_row();
         }
     });
+    if side.times.are_together(Part::Technique) {
+        ui.label("The passes of this technique are timed together: they keep data from frame to frame.");
+    }
     ui.horizontal_wrapped(|ui| {
         for part in [Part::GBuffer, Part::Direct, Part::Technique] {
             ui.colored_label(part_colour(part), "■");

@@ -128,7 +128,7 @@ impl Side {
         };
         Ok(Self {
             configuration: configuration.clone(),
-            times: Times::new(&graph),
+            times: Times::new(&graph, method),
             graph,
             moment: None,
             lights: Vec::new(),
@@ -182,7 +182,7 @@ impl Side {
         // A temporal filter keeps its history under the new settings.
         let scene = Externals { scene: Some(&stage.buffers), keep_all, ..Default::default() };
         self.graph.replan(gpu, new, &scene);
-        self.times = Times::new(&self.graph);
+        self.times = Times::new(&self.graph, self.method);
         self.show.take().into_iter().for_each(CompiledGraph::destroy);
         (self.shown, self.timestamps) = (None, None);
         Ok(true)
@@ -217,6 +217,7 @@ impl Side {
             let ticks: &[u64] = bytemuck::cast_slice(&bytes);
             if cfg!(target_arch = "wasm32") && is_coarse(ticks) {
                 self.method = Method::CoarseTimestamps;
+                self.times = Times::new(&self.graph, self.method);
             } else {
                 let times = self.graph.pass_times(&bytes);
                 for (index, (pass, _)) in

@@ -7,7 +7,7 @@ use std::{
     task::{Context, Poll, Waker},
 };
 
-use halflight_frame_graph::{CompiledGraph, Gpu, Part, Pass, When};
+use halflight_frame_graph::{CompiledGraph, Dependency, Gpu, Part, Pass, When};
 use web_time::Instant;
 
 /// Number of measurements of a pass that its median is taken over.
@@ -62,24 +62,41 @@ pub struct Times {
     passes: Vec<(String, Part, VecDeque<f64>)>,
     /// When each pass runs. Passes that run only in the first frame do not count to the time of a frame.
     when: Vec<When>,
+    /// Times of all passes of the technique together, which then have none of their own.
+    together: Option<VecDeque<f64>>,
+}
+
+fn add(kept: &mut VecDeque<f64>, milliseconds: f64) {
+    kept.push_back(milliseconds);
+    if kept.len() > KEPT {
+        kept.pop_front();
+    }
 }
 
 impl Times {
-    /// The passes of a compiled graph, without measurements.
-    pub fn new(graph: &CompiledGraph) -> Self {
+    /// The passes of a compiled graph, without measurements. By repetition, passes that keep buffers from frame to frame are
+    /// measured together: one that runs twice in a frame changes them twice.
+    pub fn new(graph: &CompiledGraph, method: Method) -> Self {
         let pass = |pass: &Pass| (pass.name.clone(), pass.part, VecDeque::new());
         let passes = &graph.plan().passes;
-        Self { passes: passes.iter().map(pass).collect(), when: graph.plan().schedule() }
+        let keeps_buffers = graph.has_history() && !graph.plan().has_previous_images();
+        Self {
+            passes: passes.iter().map(pass).collect(),
+            when: graph.plan().schedule(),
+            together: (keeps_buffers && method != Method::Timestamps).then(VecDeque::new),
+        }
     }
 
     /// Adds a measurement of a pass, milliseconds.
     pub fn add(&mut self, pass: usize, milliseconds: f64) {
         if let Some((_, _, kept)) = self.passes.get_mut(pass) {
-            kept.push_back(milliseconds);
-            if kept.len() > KEPT {
-                kept.pop_front();
-            }
+            add(kept, milliseconds);
         }
+    }
+
+    /// Whether a part's passes are measured together.
+    pub fn are_together(&self, part: Part) -> bool {
+        part == Part::Technique && self.together.is_some()
     }
 
     /// Name, part and running median of each pass, milliseconds; NaN without measurements.
@@ -105,8 +122,10 @@ impl Times {
     }
 
     fn of_passes(&self, wanted: impl Fn(Part, &When) -> bool) -> f64 {
-        let passes = self.medians().zip(&self.when).filter(|((_, part, _), when)| wanted(*part, when));
-        passes.map(|((_, _, ms), _)| ms).sum()
+        let alone = |part: Part| !self.are_together(part);
+        let passes = self.medians().zip(&self.when).filter(|((_, part, _), when)| alone(*part) && wanted(*part, when));
+        let together = self.together.iter().filter(|_| wanted(Part::Technique, &When::EveryFrame(Dependency::Frame)));
+        passes.map(|((_, _, ms), _)| ms).chain(together.map(median)).sum()
     }
 
     /// When a pass runs.
@@ -122,7 +141,8 @@ impl Times {
 
     /// Smallest number of measurements of any pass.
     pub fn rounds(&self) -> usize {
-        self.passes.iter().map(|(_, _, kept)| kept.len()).min().unwrap_or(0)
+        let alone = self.passes.iter().filter(|(_, part, _)| !self.are_together(*part)).map(|(_, _, kept)| kept);
+        alone.chain(&self.together).map(VecDeque::len).min().unwrap_or(0)
     }
 }
 
@@ -187,15 +207,15 @@ impl Future for Work {
 /// A round of repetitions: each pass once, then several times in one submission. The difference does not contain the
 /// overhead of a submission. The interface is not painted during a round, because that would be timed, too.
 ///
-/// Where a technique keeps buffers from frame to frame, a repeated pass would change them again. Its passes run once, so that
-/// a round is one more frame. Their time is that of the submission without that of an empty one.
+/// Passes that are measured together run in their order, so that each repetition is one more frame.
 pub struct Round {
     found: Arc<Mutex<Found>>,
 }
 
 #[derive(Default)]
 struct Found {
-    passes: Vec<(usize, f64)>,
+    /// Number of the pass, or `None` for the passes that are measured together, and milliseconds.
+    passes: Vec<(Option<usize>, f64)>,
     over: bool,
 }
 
@@ -209,22 +229,27 @@ impl Drop for Round {
 impl Round {
     /// Starts a round. `times` determines how often each pass is repeated. `ended` is called at the end.
     pub fn start(gpu: &Gpu, graph: &CompiledGraph, times: &Times, ended: impl Fn() + 'static) -> Self {
-        let encode = |pass: usize, repeats: u32| {
+        let (together, alone): (Vec<_>, Vec<_>) =
+            times.medians().enumerate().partition(|(_, (_, part, _))| times.are_together(*part));
+        let together: Vec<usize> = together.into_iter().map(|(pass, _)| pass).collect();
+        let encode = |pass: Option<usize>, repeats: u32| {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            graph.record_repeated(&mut encoder, pass, repeats);
+            match pass {
+                Some(pass) => graph.record_repeated(&mut encoder, pass, repeats),
+                None => {
+                    let frames = (0..repeats).flat_map(|_| &together);
+                    frames.for_each(|&pass| graph.record_repeated(&mut encoder, pass, 1));
+                }
+            }
             encoder.finish()
         };
-        let keeps_buffers = graph.has_history() && !graph.plan().has_previous_images();
-        let jobs: Vec<_> = times
-            .medians()
-            .enumerate()
-            .map(|(pass, (_, part, ms))| {
-                if keeps_buffers && part == Part::Technique {
-                    return (pass, encode(pass, 1), None);
-                }
+        let all = alone.into_iter().map(|(pass, (_, _, ms))| (Some(pass), ms));
+        let jobs: Vec<_> = all
+            .chain(times.together.iter().map(|kept| (None, median(kept))))
+            .map(|(pass, ms)| {
                 let repeats = if ms.is_finite() { (REPEATED_MS / ms.max(0.01)) as u32 } else { FIRST_REPEATS };
                 let repeats = repeats.clamp(2, MOST_REPEATS);
-                (pass, encode(pass, 1), Some((repeats, encode(pass, 1 + repeats))))
+                (pass, repeats, encode(pass, 1), encode(pass, 1 + repeats))
             })
             .collect();
         let found: Arc<Mutex<Found>> = Arc::default();
@@ -232,10 +257,9 @@ impl Round {
         let round = async move {
             // Wait for earlier submissions, such as the painting of the interface.
             Work::submit(&queue, None).await;
-            let empty = Work::submit(&queue, None).await;
             // Checked before every submission: the textures of a dropped round may be destroyed.
             let is_over = || results.lock().unwrap_or_else(PoisonError::into_inner).over;
-            for (pass, once, repeated) in jobs {
+            for (pass, repeats, once, many) in jobs {
                 if is_over() {
                     return;
                 }
@@ -243,13 +267,8 @@ impl Round {
                 if is_over() {
                     return;
                 }
-                let each = match repeated {
-                    None => (once - empty).max(0.0),
-                    Some((repeats, many)) => {
-                        let many = Work::submit(&queue, Some(many)).await;
-                        (many - once).max(0.0) / f64::from(repeats)
-                    }
-                };
+                let many = Work::submit(&queue, Some(many)).await;
+                let each = (many - once).max(0.0) / f64::from(repeats);
                 results.lock().unwrap_or_else(PoisonError::into_inner).passes.push((pass, each));
             }
             results.lock().unwrap_or_else(PoisonError::into_inner).over = true;
@@ -265,7 +284,13 @@ impl Round {
     /// Moves the measurements so far to `times`; true if the round is over.
     pub fn collect(&self, times: &mut Times) -> bool {
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
-        found.passes.drain(..).for_each(|(pass, ms)| times.add(pass, ms));
+        for (pass, ms) in found.passes.drain(..) {
+            match (pass, &mut times.together) {
+                (Some(pass), _) => times.add(pass, ms),
+                (None, Some(together)) => add(together, ms),
+                (None, None) => {}
+            }
+        }
         found.over
     }
 }
@@ -284,8 +309,6 @@ fn block_on(round: impl Future<Output = ()>, device: &wgpu::Device) {
 
 #[cfg(test)]
 mod tests {
-    use halflight_frame_graph::Dependency;
-
     use super::*;
 
     #[test]
@@ -293,6 +316,7 @@ mod tests {
         let mut times = Times {
             passes: vec![("gather".into(), Part::Technique, VecDeque::new())],
             when: vec![When::EveryFrame(Dependency::Frame)],
+            together: None,
         };
         assert_eq!(times.technique(), None);
         for value in [3.0, 900.0, 1.0, 2.0] {
@@ -301,6 +325,21 @@ mod tests {
         assert_eq!(times.technique(), Some(2.5));
         (0..KEPT).for_each(|_| times.add(0, 7.0));
         assert_eq!((times.technique(), times.rounds()), (Some(7.0), KEPT));
+    }
+
+    #[test]
+    fn passes_that_are_measured_together_count_once() {
+        let pass = |name: &str, part| (name.to_owned(), part, VecDeque::new());
+        let mut times = Times {
+            passes: vec![pass("direct", Part::Direct), pass("draw", Part::Technique), pass("trace", Part::Technique)],
+            when: vec![When::EveryFrame(Dependency::Frame); 3],
+            together: Some(VecDeque::new()),
+        };
+        times.add(0, 5.0);
+        assert_eq!((times.technique(), times.rounds()), (None, 0));
+        times.together = Some([7.0].into());
+        assert_eq!((times.technique(), times.rounds(), times.changed_frame()), (Some(7.0), 1, 12.0));
+        assert_eq!(times.of_part(Part::Direct), 5.0);
     }
 
     #[test]

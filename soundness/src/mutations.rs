@@ -228,7 +228,7 @@ pub const MUTATIONS: &[Mutation] = &[
     },
     Mutation {
         name: "every pixel draws the same random numbers",
-        edits: &[("vec3f(word >> vec3u(8u))", "0.0 * vec3f(word >> vec3u(8u))")],
+        edits: &[("vec3f(words >> vec3u(8u))", "0.0 * vec3f(words >> vec3u(8u))")],
         rows: &["gather against float64"],
         hidden_by: None,
     },

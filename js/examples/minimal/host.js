@@ -112,6 +112,7 @@ export async function openHost(canvas) {
   const composePipeline = pipeline("compose", COMPOSE, [{ format }]);
   const uniforms = device.createBuffer({ size: 32, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
 
+  const isStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
   const host = { device, black: null, targets: null };
   const texture = (label, format, size) =>
     device.createTexture({
@@ -133,7 +134,7 @@ export async function openHost(canvas) {
   host.drawGBuffer = (encoder, time) => {
     const size = [canvas.clientWidth, canvas.clientHeight].map((side) => Math.max(1, Math.round(side)));
     if (!host.targets || size[0] !== canvas.width || size[1] !== canvas.height) resize(size);
-    const eye = [0.3 * Math.sin(time / 2000), 0, 1.9];
+    const eye = [isStill ? 0 : 0.3 * Math.sin(time / 2000), 0, 1.9];
     const tanHalfFov = [(TAN_HALF_FOV * size[0]) / size[1], TAN_HALF_FOV];
     device.queue.writeBuffer(uniforms, 0, new Float32Array([...eye, 0, ...tanHalfFov, ...size]));
     const views = Object.values(host.targets).map((target) => target.createView());

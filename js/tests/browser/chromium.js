@@ -24,6 +24,8 @@ const SWITCHES = [
   "--disable-renderer-backgrounding",
   "--disable-background-timer-throttling",
   "--hide-scrollbars",
+  // Pages that move by themselves stand still.
+  "--force-prefers-reduced-motion",
   "--window-size=480,360",
   "--mute-audio",
   "--remote-debugging-pipe",

@@ -5,7 +5,7 @@ import { EXRLoader } from "three/addons/loaders/EXRLoader.js";
 import { GLTFExporter } from "three/addons/exporters/GLTFExporter.js";
 import { denoise } from "three/addons/tsl/display/DenoiseNode.js";
 import { ssgi } from "three/addons/tsl/display/SSGINode.js";
-import { FloatType, NodeMaterial, QuadMesh, RenderTarget } from "three/webgpu";
+import { FloatType, HalfFloatType, NodeMaterial, QuadMesh, RenderTarget } from "three/webgpu";
 
 import { openRenderer } from "./gbuffer.js";
 import { makeScene } from "./scene.js";
@@ -62,48 +62,95 @@ function errors(all, reference, mask) {
   };
 }
 
-/** Errors of `albedo * indirect` of each method. `truth` are files of the final image with no bounce and with one. */
-async function measure({ width, height, truth, plans, presets }) {
+/** A renderer, and each method as a node of its light and a function that computes it again. */
+async function open({ width, height, plans, presets }) {
   const { scene, camera } = makeScene();
   const { renderer, target, nodes, drawGBuffer, resize } = await openRenderer();
   resize(camera, width, height);
   camera.lookAt(0, 1, 0);
-  const [unlit, lit] = await Promise.all(truth.map(reference));
-  const wanted = lit.map((value, i) => value - unlit[i]);
-
-  const results = new RenderTarget(width, height, { type: FloatType, depthBuffer: false });
-  const read = async (node) => {
-    const quad = new QuadMesh(new NodeMaterial());
-    quad.material.fragmentNode = vec4(node, 1);
-    renderer.setRenderTarget(results);
-    quad.render(renderer);
-    // Materials are made in the first frame, and SSGINode renders before it.
-    quad.render(renderer);
-    renderer.setRenderTarget(null);
-    return rgb(await renderer.readRenderTargetPixelsAsync(results, 0, 0, width, height), width, height, 4, false);
-  };
-  const { direct, normal, albedo, depth } = nodes;
+  const { direct, normal, depth } = nodes;
   drawGBuffer(scene, camera);
-  const reflecting = await read(albedo.rgb);
-  const mask = reflecting.map((_, i) => Math.max(...reflecting.subarray(i - (i % 3), i - (i % 3) + 3)) > 0);
-  const rows = [{ method: "direct light alone", ...errors(await read(direct.rgb.mul(0)), wanted, mask) }];
-  for (const { name, settings, spatial } of presets) {
+  const methods = presets.map(({ name, settings, spatial }) => {
     const three = ssgi(direct, depth, normal, camera);
     three.useTemporalFiltering = false;
     for (const [key, value] of Object.entries(settings)) three[key].value = value;
     const light = spatial ? denoise(three.getGINode(), depth, normal, camera) : three.getGINode();
-    rows.push({ method: name, ...errors(await read(albedo.rgb.mul(light.rgb)), wanted, mask) });
-  }
+    return { name, light, compute: () => three.updateBefore({ renderer }), filters: spatial };
+  });
   for (const { name, folder } of plans) {
-    const light = await ScreenLight.load(renderer, folder, target);
-    light.update(camera);
-    const ours = texture(light.texture).load(screenCoordinate);
-    rows.push({ method: name, ...errors(await read(albedo.rgb.mul(ours.rgb)), wanted, mask) });
+    const plan = await ScreenLight.load(renderer, folder, target);
+    plan.update(camera);
+    const light = texture(plan.texture).load(screenCoordinate);
+    methods.push({ name, light, compute: () => plan.update(camera), filters: false });
   }
+  return { renderer, nodes, methods };
+}
+
+/** Draws a node to each pixel of a target. */
+function drawer(renderer, results, node) {
+  const quad = new QuadMesh(new NodeMaterial());
+  quad.material.fragmentNode = vec4(node, 1);
+  return () => {
+    renderer.setRenderTarget(results);
+    quad.render(renderer);
+    renderer.setRenderTarget(null);
+  };
+}
+
+/** Errors of `albedo * indirect` of each method. `truth` are files of the final image with no bounce and with one. */
+async function measure({ truth, ...job }) {
+  const { width, height } = job;
+  const [unlit, lit] = await Promise.all(truth.map(reference));
+  const wanted = lit.map((value, i) => value - unlit[i]);
+  const { renderer, nodes, methods } = await open(job);
+  const results = new RenderTarget(width, height, { type: FloatType, depthBuffer: false });
+  const read = async (node) => {
+    const draw = drawer(renderer, results, node);
+    draw();
+    // Materials are made in the first frame, and SSGINode renders before it.
+    draw();
+    return rgb(await renderer.readRenderTargetPixelsAsync(results, 0, 0, width, height), width, height, 4, false);
+  };
+  const { direct, albedo } = nodes;
+  const reflecting = await read(albedo.rgb);
+  const mask = reflecting.map((_, i) => Math.max(...reflecting.subarray(i - (i % 3), i - (i % 3) + 3)) > 0);
+  const rows = [{ method: "direct light alone", ...errors(await read(direct.rgb.mul(0)), wanted, mask) }];
+  for (const { name, light } of methods)
+    rows.push({ method: name, ...errors(await read(albedo.rgb.mul(light.rgb)), wanted, mask) });
   const shown = wanted.filter((_, i) => mask[i]);
   const mean = shown.reduce((sum, value) => sum + value, 0) / shown.length;
   return { rows, mean, direct: errors(await read(direct.rgb), unlit, mask) };
 }
 
+/**
+ * Milliseconds of each method from its commands to the end of their work on the device: `[least, median, most]` of `rounds`.
+ * The methods take turns, so that a computer that slows down slows all of them.
+ */
+async function times({ rounds, ...job }) {
+  const { renderer, methods } = await open(job);
+  const results = new RenderTarget(job.width, job.height, { type: HalfFloatType, depthBuffer: false });
+  const done = () => renderer.backend.device.queue.onSubmittedWorkDone();
+  const all = methods.map(({ name, light, compute, filters }) => {
+    const draw = drawer(renderer, results, light.rgb);
+    draw();
+    // DenoiseNode has no pass of its own: the material that reads it filters.
+    return { method: name, runs: [], run: () => (compute(), filters && draw()) };
+  });
+  for (let round = 0; round <= rounds; round++)
+    for (const { runs, run } of all) {
+      await done();
+      const start = performance.now();
+      run();
+      await done();
+      // The first round makes what the others keep.
+      if (round > 0) runs.push(performance.now() - start);
+    }
+  return all.map(({ method, runs }) => {
+    runs.sort((a, b) => a - b);
+    return { method, times: [runs[0], runs[runs.length >> 1], runs[runs.length - 1]] };
+  });
+}
+
 window.exportScene = exportScene;
 window.measure = measure;
+window.times = times;

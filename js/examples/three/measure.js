@@ -1,5 +1,5 @@
-// Errors of SSGINode and of Halflight on the same G-buffer of three.js, against the path-traced reference of the same scene,
-// as a table for docs/three.md. Run with Node.js; it needs Chromium and a built evaluator.
+// Errors and times of SSGINode and of Halflight on the same G-buffer of three.js, against the path-traced reference of the same
+// scene, as tables for docs/three.md. Run with Node.js; it needs Chromium and a built evaluator.
 
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
@@ -12,6 +12,8 @@ import { evaluatorExport, evaluatorPath } from "../../tests/browser/evaluator.js
 import { serve } from "../../tests/browser/server.js";
 
 const [WIDTH, HEIGHT] = [320, 180];
+/** Of the times: enough work that the commands themselves do not count. */
+const TIMED = { width: 640, height: 360, rounds: 9 };
 
 const PLANS = [
   ["`bitmask`", "bitmask"],
@@ -63,6 +65,14 @@ try {
   console.log("| method | RMSE | bias | best factor | RMSE with it |\n|---|---:|---:|---:|---:|");
   for (const { method, rmse, bias, factor, scaled } of rows)
     console.log(`| ${method} | ${number(rmse)} | ${number(bias)} | ${number(factor)} | ${number(scaled)} |`);
+  const timed = await page.evaluate(`times(${JSON.stringify({ ...TIMED, plans, presets: PRESETS })})`);
+  const unit = timed[0].times[1];
+  console.log(`\nmilliseconds at ${TIMED.width}x${TIMED.height}, ${TIMED.rounds} rounds\n`);
+  console.log("| method | median | least to most | median / first row |\n|---|---:|---:|---:|");
+  for (const { method, times } of timed) {
+    const [least, median, most] = times.map(number);
+    console.log(`| ${method} | ${median} | ${least} to ${most} | ${number(times[1] / unit)} |`);
+  }
 } finally {
   const told = page.console.filter((line) => !line.includes("MeshStandardMaterial"));
   if (told.length > 0) console.error(told.slice(0, 8).join("\n"));

@@ -26,6 +26,8 @@ pub struct Level {
 
 /// Fetches of a texel: depth, normal and radiance of four children.
 const CHILDREN: u64 = 12;
+/// The same without radiance.
+const DARK_CHILDREN: u64 = 8;
 
 /// Plans surfels `divisor` pixels wide, and `last` coarser levels, each of twice the width, finest first. With `vote` a
 /// texel keeps the child that most of its neighbours support, otherwise the nearest one.
@@ -33,8 +35,8 @@ pub fn pyramid(plan: &mut FramePlan, inputs: &Inputs, vote: bool, divisor: u32, 
     pyramid_and_planes(plan, inputs, vote, divisor, last, Finest { lit: true, planes: None })
 }
 
-/// Plans surfels `divisor` pixels wide, for passes that do not read their radiance. At full resolution they take half
-/// the bytes.
+/// Plans surfels `divisor` pixels wide, for passes that do not read their radiance. No direct light is read, and at full
+/// resolution they take half the bytes.
 pub fn dark_surfels(plan: &mut FramePlan, inputs: &Inputs, divisor: u32) -> Level {
     pyramid_and_planes(plan, inputs, false, divisor, 0, Finest { lit: false, planes: None }).remove(0)
 }
@@ -52,7 +54,7 @@ pub fn surfels_and_planes(plan: &mut FramePlan, inputs: &Inputs, divisor: u32, l
 /// What the first pass of a pyramid writes.
 #[derive(Clone, Copy)]
 struct Finest {
-    /// Whether surfels at full resolution have radiance. Coarser ones always have.
+    /// Whether surfels have radiance.
     lit: bool,
     /// Planes, and whether they have radiance.
     planes: Option<(ResourceId, bool)>,
@@ -91,7 +93,9 @@ fn pyramid_and_planes(
             }
             None => Call::from(Pyramid {
                 surfels,
-                from_gbuffer: Some(pyramid::FromGbuffer { depth, normal, direct }),
+                from_gbuffer: Some(pyramid::FromGbuffer { depth, normal }),
+                direct: (lit || lit_planes).then_some(direct),
+                lit,
                 planes,
                 lit_planes,
                 dark_planes,
@@ -102,6 +106,8 @@ fn pyramid_and_planes(
             Some(finer) => Call::from(Pyramid {
                 surfels,
                 from_gbuffer: None,
+                direct: None,
+                lit,
                 planes: None,
                 lit_planes: false,
                 dark_planes: false,
@@ -112,7 +118,7 @@ fn pyramid_and_planes(
         };
         plan.pass(Part::Technique, name, call)
             .because(if scale < divisor { "intermediate step to the start resolution" } else { "level of the gather" })
-            .costs(CHILDREN)
+            .costs(if lit || lit_planes { CHILDREN } else { DARK_CHILDREN })
             .over(size);
         levels.push(Level { size, scale, surfels });
         scale *= 2;

@@ -1,13 +1,14 @@
-// variants: from_gbuffer, lit_planes, dark_planes
+// variants: from_gbuffer, lit, lit_planes, dark_planes
 // One level of the pyramid from the four children of each texel: surfels, or, with `from_gbuffer`, full-resolution
-// pixels. With `lit_planes` or `dark_planes` it also writes planes, with or
+// pixels. Only with `lit` the surfels have radiance. With `lit_planes` or `dark_planes` it also writes planes, with or
 // without their radiance. Depth and normal are those of one child, never an average.
 import package::common::division::Division;
 import package::common::surfel::{Surfel, pack_surfel, surfel_depth, surfel_normal, surfel_radiance, surfel_offset};
 import package::common::view::{View, SKY_DEPTH, view_position};
 @if(lit_planes) import package::common::plane::plane_of_surfel;
 @if(dark_planes) import package::common::plane::dark_plane_of_surfel;
-import package::hierarchical::same_surface::{same_surface, square_width};
+@if(lit || lit_planes) import package::hierarchical::same_surface::same_surface;
+import package::hierarchical::same_surface::square_width;
 
 struct Params {
     // Width of a child in full-resolution pixels.
@@ -21,7 +22,7 @@ struct Params {
 @if(!from_gbuffer) @group(0) @binding(3) var children: texture_2d<u32>;
 @if(from_gbuffer) @group(0) @binding(3) var depth: texture_2d<f32>;
 @if(from_gbuffer) @group(0) @binding(4) var normal: texture_2d<f32>;
-@if(from_gbuffer) @group(0) @binding(5) var direct: texture_2d<f32>;
+@if(from_gbuffer && (lit || lit_planes)) @group(0) @binding(5) var direct: texture_2d<f32>;
 @if(lit_planes) @group(0) @binding(6) var planes: texture_storage_2d<rgba32uint, write>;
 @if(dark_planes && !lit_planes) @group(0) @binding(6) var planes: texture_storage_2d<rg32uint, write>;
 
@@ -50,17 +51,16 @@ const ORDER: f32 = 3e-5;
 @if(!from_gbuffer)
 fn load(pixel: vec2i) -> Surfel {
     let words = textureLoad(children, pixel, 0);
-    return Surfel(surfel_depth(words), surfel_normal(words), surfel_radiance(words), surfel_offset(words));
+    @if(lit || lit_planes) let radiance = surfel_radiance(words);
+    @if(!lit && !lit_planes) let radiance = vec3f(0.0);
+    return Surfel(surfel_depth(words), surfel_normal(words), radiance, surfel_offset(words));
 }
 
 @if(from_gbuffer)
 fn load(pixel: vec2i) -> Surfel {
-    return Surfel(
-        textureLoad(depth, pixel, 0).x,
-        textureLoad(normal, pixel, 0).xyz,
-        textureLoad(direct, pixel, 0).rgb,
-        vec2u(0u),
-    );
+    @if(lit || lit_planes) let radiance = textureLoad(direct, pixel, 0).rgb;
+    @if(!lit && !lit_planes) let radiance = vec3f(0.0);
+    return Surfel(textureLoad(depth, pixel, 0).x, textureLoad(normal, pixel, 0).xyz, radiance, vec2u(0u));
 }
 
 @if(!from_gbuffer)
@@ -153,10 +153,29 @@ fn better(a: Child, b: Child) -> Child {
     );
 }
 
+@if(lit || lit_planes)
 /// Radiance and 1 if the child shows the same surface as the kept one, so that they may be averaged; otherwise 0.
 fn radiance_where_same(kept: Child, width: f32, child: Child) -> vec4f {
     let same = same_surface(kept.surfel.normal, kept.position, child.surfel.normal, child.position, width);
     return select(vec4f(0.0), vec4f(child.surfel.radiance, 1.0), same && child.surfel.depth > SKY_DEPTH);
+}
+
+@if(lit || lit_planes)
+/// Mean radiance of the children that show the kept surface, over the whole area of the texel.
+fn radiance_of_texel(kept: Child, child_00: Child, child_10: Child, child_01: Child, child_11: Child) -> vec3f {
+    let width = 2.0 * child_width(kept.surfel);
+    let same = radiance_where_same(kept, width, child_00)
+        + radiance_where_same(kept, width, child_10)
+        + radiance_where_same(kept, width, child_01)
+        + radiance_where_same(kept, width, child_11);
+    let on_screen = vec4f(vec4<bool>(child_00.on_screen, child_10.on_screen, child_01.on_screen, child_11.on_screen));
+    let depths = vec4f(child_00.surfel.depth, child_10.surfel.depth, child_01.surfel.depth, child_11.surfel.depth);
+    let solid = vec4f(depths > vec4f(SKY_DEPTH));
+    // The kept child agrees with itself, so the count is at least one. The texel stands for its whole area, but the sky
+    // in it sends nothing. Without this factor silhouettes would become brighter with every level. Children that show
+    // another surface are assumed to be lit like the kept one.
+    let share = dot(solid, vec4f(1.0)) / (same.w * dot(on_screen, vec4f(1.0)));
+    return same.rgb * share;
 }
 
 @compute @workgroup_size(8, 8)
@@ -172,22 +191,12 @@ fn pyramid(@builtin(global_invocation_id) invocation: vec3u) {
     let child_01 = load_child(first, vec2u(0u, 1u));
     let child_11 = load_child(first, vec2u(1u, 1u));
     let kept = better(better(better(child_00, child_10), child_01), child_11);
-    let width = 2.0 * child_width(kept.surfel);
-    let same = radiance_where_same(kept, width, child_00)
-        + radiance_where_same(kept, width, child_10)
-        + radiance_where_same(kept, width, child_01)
-        + radiance_where_same(kept, width, child_11);
-    let on_screen = vec4f(vec4<bool>(child_00.on_screen, child_10.on_screen, child_01.on_screen, child_11.on_screen));
-    let depths = vec4f(child_00.surfel.depth, child_10.surfel.depth, child_01.surfel.depth, child_11.surfel.depth);
-    let solid = vec4f(depths > vec4f(SKY_DEPTH));
-    // The kept child agrees with itself, so the count is at least one. The texel stands for its whole area, but the sky
-    // in it sends nothing. Without this factor silhouettes would become brighter with every level. Children that show
-    // another surface are assumed to be lit like the kept one.
-    let share = dot(solid, vec4f(1.0)) / (same.w * dot(on_screen, vec4f(1.0)));
+    @if(!lit && !lit_planes) let radiance = vec3f(0.0);
+    @if(lit || lit_planes) let radiance = radiance_of_texel(kept, child_00, child_10, child_01, child_11);
     let surfel = Surfel(
         kept.surfel.depth,
         kept.surfel.normal,
-        same.rgb * share,
+        radiance,
         kept.surfel.offset + kept.child_offset * u32(params.child_scale),
     );
     let words = select(vec4u(0u), pack_surfel(surfel), kept.value > 0.0);

@@ -2,6 +2,15 @@
 // 2009; Mittring 2007).
 import package::common::math::PI;
 
+/// Two unit vectors that are perpendicular to a unit vector and to each other, without a branch (Duff et al. 2017).
+fn tangents_of(normal: vec3f) -> mat2x3f {
+    let side = select(-1.0, 1.0, normal.z >= 0.0);
+    let a = -1.0 / (side + normal.z);
+    let b = normal.x * normal.y * a;
+    let tangent = vec3f(1.0 + side * normal.x * normal.x * a, side * b, -side * normal.x);
+    return mat2x3f(tangent, vec3f(b, side + normal.y * normal.y * a, -normal.y));
+}
+
 /// Point `i` of `count` inside the unit hemisphere around `normal`, distributed evenly over its volume. `random`
 /// rotates and shifts the whole set.
 fn hemisphere_point(normal: vec3f, i: u32, count: u32, random: vec2f) -> vec3f {
@@ -16,13 +25,7 @@ fn shell_point(normal: vec3f, inner: f32, i: u32, count: u32, random: vec2f) -> 
     let height = fract(random.y + f32(i) * 0.6180339887498949);
     let angle = 2.0 * PI * fract(random.x + f32(i) * 0.38196601125);
     let across = sqrt(max(1.0 - height * height, 0.0));
-    // Orthonormal basis without a branch (Duff et al. 2017).
-    let s = select(-1.0, 1.0, normal.z >= 0.0);
-    let a = -1.0 / (s + normal.z);
-    let b = normal.x * normal.y * a;
-    let tangent = vec3f(1.0 + s * normal.x * normal.x * a, s * b, -s * normal.x);
-    let bitangent = vec3f(b, s + normal.y * normal.y * a, -normal.y);
-    let direction = across * (cos(angle) * tangent + sin(angle) * bitangent) + height * normal;
+    let direction = across * (tangents_of(normal) * vec2f(cos(angle), sin(angle))) + height * normal;
     // The volume within r grows with its cube.
     return direction * pow(mix(inner * inner * inner, 1.0, stratum), 1.0 / 3.0);
 }

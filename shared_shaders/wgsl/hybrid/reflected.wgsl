@@ -1,4 +1,5 @@
 // The direction of a glossy surface's reflection ray.
+import package::common::hemisphere::tangents_of;
 import package::common::math::{PI, spread2};
 import package::common::streams::REFLECTION_STREAM;
 
@@ -26,11 +27,5 @@ fn reflected(
     let square = select(1.0 - height * height, -2.0 * logarithm, logarithm > -1e-3);
     let across = sqrt(max(square, 0.0));
     let angle = 2.0 * PI * random.y;
-    // Orthonormal basis without a branch (Duff et al. 2017).
-    let side = select(-1.0, 1.0, mirror.z >= 0.0);
-    let a = -1.0 / (side + mirror.z);
-    let b = mirror.x * mirror.y * a;
-    let tangent = vec3f(1.0 + side * mirror.x * mirror.x * a, side * b, -side * mirror.x);
-    let bitangent = vec3f(b, side + mirror.y * mirror.y * a, -mirror.y);
-    return normalize(across * (cos(angle) * tangent + sin(angle) * bitangent) + height * mirror);
+    return normalize(across * (tangents_of(mirror) * vec2f(cos(angle), sin(angle))) + height * mirror);
 }

@@ -4,6 +4,7 @@
 // At each vertex of a path, light comes from one ray drawn from the cosine and, where the scene has emitters or an uneven
 // sky, from one point drawn from those (next-event estimation). The balance heuristic weights the two (Veach 1997,
 // Section 9.2.2), so that neither small lamps nor large ones near a surface are noisy.
+import package::common::hemisphere::tangents_of;
 import package::common::math::{PI, octahedral_encode, octahedral_decode, random3, random_words};
 import package::common::scene::{Light, light_incidence};
 import package::common::view::view_position;
@@ -142,13 +143,7 @@ fn transmitted_radiance(surface: Surface, rays: ptr<function, u32>) -> vec3f {
 
 /// The direction with the component `radius` across `normal` and `height` along it, rotated around it by `angle`.
 fn direction_around(normal: vec3f, radius: f32, height: f32, angle: f32) -> vec3f {
-    // Branchless orthonormal basis (Duff et al. 2017).
-    let side = select(-1.0, 1.0, normal.z >= 0.0);
-    let a = -1.0 / (side + normal.z);
-    let b = normal.x * normal.y * a;
-    let tangent = vec3f(1.0 + side * normal.x * normal.x * a, side * b, -side * normal.x);
-    let bitangent = vec3f(b, side + normal.y * normal.y * a, -normal.y);
-    return normalize(tangent * (radius * cos(angle)) + bitangent * (radius * sin(angle)) + normal * height);
+    return normalize(radius * (tangents_of(normal) * vec2f(cos(angle), sin(angle))) + normal * height);
 }
 
 /// A direction around `normal` with a cosine-weighted density.

@@ -105,10 +105,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             sorted.sort_by(f64::total_cmp);
             sorted[sorted.len() / 2]
         });
-        let taken = frames.read_buffer("cells")?.map_or(String::new(), |bytes| {
-            let cells = bytes.chunks_exact(28);
-            let count = cells.len();
-            let taken = cells.filter(|cell| cell[..4] != [0; 4]).count();
+        let taken = frames.read_buffer("buckets")?.map_or(String::new(), |bytes| {
+            // Twin of `Bucket` in radiance_cache/cells.wgsl: eight fingerprints, 0 in empty slots, before eight cells.
+            let slots = bytes.chunks_exact(224).flat_map(|bucket| bucket[..32].chunks_exact(4));
+            let count = slots.clone().count();
+            let taken = slots.filter(|&fingerprint| fingerprint != [0; 4]).count();
             format!("{taken} of {count}")
         });
         println!("| {number} | {} | {all:.1} | {trace:.1} | {taken} |", errors.join(" | "));

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 use halflight_shared_shaders::{
-    hierarchical::upsample_linear::{self, UpsampleLinear},
+    hierarchical::upsample_linear::UpsampleLinear,
     radiance_cache::{
         collect::{self, Collect},
         draw::{self, Draw},
@@ -31,7 +31,7 @@ use halflight_renderer::{
         GBufferNeeds, Inputs, LightSources, Reach, StartResolution, Storage, Technique, UpsamplingKernel,
         bvh::plan_bvh,
         denoise::denoised,
-        resolution::{LINEAR_COST, Upsampling, pyramid, to_display},
+        resolution::{LINEAR_COST, Upsampling, dark_surfels, to_display},
         shadow_maps::{ShadowMaps, plan_shadow_maps},
     },
     parameters,
@@ -73,7 +73,7 @@ pub const TECHNIQUE: Technique = Technique {
     plan,
 };
 
-/// Bytes of a record's cell, of the record and of its total: twins of `Cell`, `Record` and `totals` in
+/// Bytes of a slot in its bucket, of the record and of its total: twins of `Bucket`, `Record` and `totals` in
 /// radiance_cache/cells.wgsl.
 const CELL_BYTES: u64 = 28;
 const RECORD_BYTES: u64 = 64;
@@ -85,9 +85,9 @@ const LINK_BYTES: u64 = 16;
 const RAY_BYTES: u64 = 64;
 /// Slots for each record that the display would need if surfaces faced the camera: surfaces are slanted, and records have
 /// coarser ones.
-const SLOTS_PER_RECORD: f32 = 5.0;
+const SLOTS_PER_RECORD: f32 = 4.3;
 /// Slots for records that only hits refer to.
-const SLOTS_OF_HITS: u32 = 18 << 10;
+const SLOTS_OF_HITS: u32 = 28 << 10;
 /// Most slots: twin of `LARGEST_20` in radiance_cache/links.wgsl, rounded to whole workgroups.
 const MOST_SLOTS: u32 = (1 << 20) - 64;
 /// Width of the squares of pixels of which one is looked at in a frame. Twin of `SQUARE` in radiance_cache/squares.wgsl.
@@ -138,7 +138,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
                 .into(),
         ));
     };
-    let level = pyramid(plan, inputs, false, parameters.start_resolution.divisor(), 0).remove(0);
+    let level = dark_surfels(plan, inputs, parameters.start_resolution.divisor());
     let slots = slots(plan.display_size, parameters.spacing);
     let (low, high) = scene.extent.scene;
     let diagonal = low.distance(high).max(f32::MIN_POSITIVE * 1e10);
@@ -146,7 +146,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let pixels = plan.display_size.map(u64::from).iter().product::<u64>();
     let mut buffer = |name: &str, bytes: u64, reason: &str| plan.buffer(name, bytes, reason);
     let each = u64::from(slots);
-    let cells = buffer("cells", each * CELL_BYTES, "table of records by their cells");
+    let buckets = buffer("buckets", each * CELL_BYTES, "table of records by their cells");
     let records = buffer("records", each * RECORD_BYTES, "incident light of surfaces in a cell");
     let layers = 2 * u64::from(parameters.bounces.max(1));
     let totals = buffer("totals", layers * each * TOTAL_BYTES, "light of records in this frame and in the last one");
@@ -171,19 +171,19 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let lamps = shadows.map(|shadows| (plan.changing_scene_buffer("scene.lights", "the scene's lights"), shadows));
     let objects = scene.animated().then(|| plan.changing_scene_buffer("scene.objects", "objects are animated"));
 
-    let run = Sweep { cells, counters, totals, mixed, lit: lamps.map(|(lights, _)| lights), animated: objects };
+    let run = Sweep { buckets, counters, totals, mixed, lit: lamps.map(|(lights, _)| lights), animated: objects };
     plan.pass(Part::Technique, "sweep", run).because("removes records that nothing refers to").over(over_slots);
 
     let &Inputs { depth, normal, .. } = inputs;
     let squares = plan.display_size.map(|v| v.div_ceil(SQUARE));
-    let run = Seek { depth, normal, grid, cells, records, counters };
+    let run = Seek { depth, normal, grid, buckets, records, counters };
     plan.pass(Part::Technique, "seek", run).because("records of what the camera sees").over(squares);
 
-    let run = Weigh { cells, records, counters, totals };
+    let run = Weigh { buckets, records, counters, totals };
     plan.pass(Part::Technique, "weigh", run).because("lists records; those with few rays get more").over(over_slots);
 
     let params = draw::Params { budget: parameters.rays as f32, budget_of_new: NEW_RAYS * parameters.rays as f32 };
-    let run = Draw { cells, records, counters, rays, totals, params };
+    let run = Draw { buckets, records, counters, rays, totals, params };
     plan.pass(Part::Technique, "draw", run).because(format!("{} rays a frame", parameters.rays)).over(over_taken);
 
     let bvh = plan_bvh(plan, scene);
@@ -200,7 +200,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         depth,
         normal,
         grid,
-        cells,
+        buckets,
         records,
         counters,
         rays,
@@ -216,7 +216,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     };
     plan.pass(Part::Technique, "trace", run).because("light at the ends of rays").over(over_rays);
 
-    let run = Settle { grid, cells, records, counters, rays };
+    let run = Settle { grid, buckets, records, counters, rays };
     plan.pass(Part::Technique, "settle", run).because("positions of records that hits refer to").over(over_rays);
 
     let boxes = scene.animated().then(|| plan.data("object_boxes", boxes(scene), "boxes of objects at rest"));
@@ -240,19 +240,19 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     }
     let constants = update::Constants { links: parameters.links, bounces: parameters.bounces };
     let kept = links.is_some();
-    let run = Update { cells, records, counters, rays, links, totals, kept, linked, constants };
+    let run = Update { buckets, records, counters, rays, links, totals, kept, linked, constants };
     plan.pass(Part::Technique, "update", run)
         .because("adds rays to records; further bounces, through links")
         .over(over_taken);
-    let run = Publish { cells, counters, totals };
+    let run = Publish { counters, totals };
     plan.pass(Part::Technique, "publish", run).because("the next light of the records").over(over_taken);
     for (name, parity) in [("collect_0", 1), ("collect_1", 0), ("collect_2", 1), ("collect_3", 0)] {
-        let run = Collect { cells, records, counters, totals, params: collect::Params { parity } };
+        let run = Collect { buckets, records, counters, totals, params: collect::Params { parity } };
         plan.pass(Part::Technique, name, run)
             .because("coarse records collect the light of finer ones")
             .over(over_taken);
     }
-    let run = MixLevels { grid, cells, records, counters, totals, mixed };
+    let run = MixLevels { grid, buckets, records, counters, totals, mixed };
     plan.pass(Part::Technique, "mix_levels", run)
         .because("records with few rays take the light of coarser ones")
         .over(over_taken);
@@ -264,8 +264,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
     let gathered = plan.texture("gathered", level.size, format, "light of the records");
     let run = Resolve {
         grid,
-        cells,
-        counters,
+        buckets,
         mixed,
         surfels: level.surfels,
         gathered,
@@ -288,14 +287,14 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         float16,
         ambient_visibility: false,
         packed,
-        records: Some(upsample_linear::Records { cells, counters }),
+        records: Some(counters),
         coarse_indirect: (!packed).then_some(light),
     };
     plan.pass(Part::Technique, "upsample", run)
         .because("interpolates at half resolution, and lists pixels where no surfel fits")
         .costs(LINEAR_COST)
         .over(level.size.map(|v| v + 1));
-    let run = Fill { depth, normal, grid, cells, counters, mixed, indirect, float16 };
+    let run = Fill { depth, normal, grid, buckets, counters, mixed, indirect, float16 };
     plan.pass(Part::Technique, "fill", run)
         .because("looks records up where no surfel fits")
         .over([(pixels as u32).div_ceil(SHARE), 1]);

@@ -200,10 +200,11 @@ fn links_refer_to_the_records_of_what_they_hit() {
             let bytes = frames.read_buffer(name).unwrap().unwrap();
             bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect()
         };
-        let (cells, records, links) = (words("cells"), words("records"), words("links"));
-        let is_taken = |slot: usize| cells[7 * slot] != 0;
+        let (buckets, records, links) = (words("buckets"), words("records"), words("links"));
+        // Twin of `Bucket` in radiance_cache/cells.wgsl: eight fingerprints before eight cells of six words.
+        let is_taken = |slot: usize| buckets[slot / 8 * 56 + slot % 8] != 0;
         let mut checked = 0;
-        for slot in (0..cells.len() / 7).filter(|&slot| is_taken(slot)) {
+        for slot in (0..buckets.len() / 7).filter(|&slot| is_taken(slot)) {
             // Twin of `Record`: the number of links is word 15, level and bin are word 3.
             let count = records[16 * slot + 15].min(8) as usize;
             for link in links[32 * slot..][..4 * count].chunks_exact(4).filter(|link| link[3] & 0xfffff != 0xfffff) {

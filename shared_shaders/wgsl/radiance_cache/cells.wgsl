@@ -1,15 +1,20 @@
 // The table of records. A record stands for the surfaces with similar normals in one cell of a grid in world space. The
 // width of a cell is the unit of the grid times a power of two, so that eight cells of a level fill one of the next.
 //
-// The table is divided into buckets of eight slots. A cell belongs to one bucket, by a hash. A second hash is its
-// fingerprint there: two cells of a bucket have the same fingerprint with a probability of 2^-32. Where a bucket is full,
-// a cell has no record, and its light comes from a coarser level.
+// The table is divided into buckets of eight slots. A cell belongs to one bucket, by a hash, or to a second one if the first
+// one is full. A third hash is its fingerprint there: two cells of a bucket have the same fingerprint with a probability of
+// 2^-32. Where both buckets are full, a cell has no record, and its light comes from a coarser level.
 import package::common::math::pcg3d;
 import package::common::view::View;
 
+/// Eight slots. The fingerprints are next to each other, so that a search reads two vectors: see lookup.wgsl.
+struct Bucket {
+    // Fingerprints; 0 for an empty slot.
+    fingerprints: array<atomic<u32>, BUCKET>,
+    cells: array<Cell, BUCKET>,
+}
+
 struct Cell {
-    // Fingerprint; 0 for an empty slot.
-    fingerprint: atomic<u32>,
     // The square of pixels that stands for the cell in this frame, plus one, below 8 random bits; 0 where no pixel that
     // was looked at is inside.
     pixel: atomic<u32>,
@@ -66,7 +71,7 @@ struct Grid {
 }
 
 @group(0) @binding(9) var<uniform> grid: Grid;
-@group(0) @binding(10) var<storage, read_write> cells: array<Cell>;
+@group(0) @binding(10) var<storage, read_write> buckets: array<Bucket>;
 @group(0) @binding(11) var<storage, read_write> records: array<Record>;
 
 const BUCKET: u32 = 8u;
@@ -184,42 +189,33 @@ fn hash_of(place: Place) -> vec3u {
     return pcg3d(pcg3d(bitcast<vec3u>(place.coordinates)) ^ vec3u(place.level_and_bin));
 }
 
-fn bucket_of(hash: vec3u) -> u32 {
-    return hash.x % (arrayLength(&cells) / BUCKET) * BUCKET;
+/// The two buckets of a cell in a table of `count` buckets.
+fn buckets_of(hash: vec3u, count: u32) -> vec2u {
+    return hash.xz % count;
 }
 
 fn fingerprint_of(hash: vec3u) -> u32 {
     return max(hash.y, 1u);
 }
 
-/// The slot of a cell; NO_SLOT if it has none.
-fn find(place: Place) -> u32 {
-    let hash = hash_of(place);
-    let first = bucket_of(hash);
-    let fingerprint = fingerprint_of(hash);
-    for (var i = 0u; i < BUCKET; i++) {
-        if atomicLoad(&cells[first + i].fingerprint) == fingerprint {
-            return first + i;
-        }
-    }
-    return NO_SLOT;
+/// Number of slots.
+fn slots() -> u32 {
+    return arrayLength(&buckets) * BUCKET;
 }
 
-/// The slot of a cell, which it gets if it has none yet; NO_SLOT if its bucket is full.
-fn find_or_insert(place: Place) -> u32 {
-    let known = find(place);
-    if known != NO_SLOT {
-        return known;
-    }
-    let hash = hash_of(place);
-    let first = bucket_of(hash);
-    let fingerprint = fingerprint_of(hash);
+/// Whether a slot has a record.
+fn is_taken(slot: u32) -> bool {
+    return atomicLoad(&buckets[slot / BUCKET].fingerprints[slot % BUCKET]) != 0u;
+}
+
+/// The slot of a fingerprint in a bucket, which it gets if it has none yet and a slot is empty; otherwise NO_SLOT.
+fn take_slot(bucket: u32, fingerprint: u32, place: Place) -> u32 {
     for (var i = 0u; i < BUCKET; i++) {
-        let slot = first + i;
-        var before = atomicLoad(&cells[slot].fingerprint);
+        let slot = bucket * BUCKET + i;
+        var before = atomicLoad(&buckets[bucket].fingerprints[i]);
         // The exchange may fail without a cause.
         while before == 0u {
-            let result = atomicCompareExchangeWeak(&cells[slot].fingerprint, 0u, fingerprint);
+            let result = atomicCompareExchangeWeak(&buckets[bucket].fingerprints[i], 0u, fingerprint);
             if result.exchanged {
                 var record = Record();
                 record.coordinates = place.coordinates;
@@ -234,4 +230,24 @@ fn find_or_insert(place: Place) -> u32 {
         }
     }
     return NO_SLOT;
+}
+
+/// The slot of a cell, which it gets if it has none yet; NO_SLOT if both its buckets are full.
+fn find_or_insert(place: Place) -> u32 {
+    let hash = hash_of(place);
+    let both = buckets_of(hash, arrayLength(&buckets));
+    let fingerprint = fingerprint_of(hash);
+    // A cell may be in its second bucket although a slot of the first one has become empty since.
+    for (var i = 0u; i < 2u * BUCKET; i++) {
+        let bucket = select(both.x, both.y, i >= BUCKET);
+        if atomicLoad(&buckets[bucket].fingerprints[i % BUCKET]) == fingerprint {
+            return bucket * BUCKET + i % BUCKET;
+        }
+    }
+    // Slots are only taken in this pass. Once the first bucket is full, it stays so for all invocations.
+    let slot = take_slot(both.x, fingerprint, place);
+    if slot != NO_SLOT {
+        return slot;
+    }
+    return take_slot(both.y, fingerprint, place);
 }

@@ -1,6 +1,7 @@
 // Coarse records collect the light of their children: the mean over all rays. One run serves the even or the odd levels.
 import package::radiance_cache::counters::{counters, first_parent, stride_of};
-import package::radiance_cache::cells::{NO_SLOT, Place, find, level_of, place_of_slot};
+import package::radiance_cache::cells::{NO_SLOT, Place, level_of, place_of_slot};
+import package::radiance_cache::lookup::find;
 import package::radiance_cache::totals::{shown, totals};
 
 struct Params {

@@ -2,7 +2,6 @@
 //
 // Invocations that have nothing to do cost as much as others on a software adapter. So a pass over a list has few
 // invocations, and each takes every `stride`-th entry.
-import package::radiance_cache::cells::cells;
 
 struct Counters {
     // Sum of the weights of all records that want rays.
@@ -23,7 +22,8 @@ struct Counters {
     pixels: atomic<u32>,
     // Frames since the lights or the objects changed.
     settled: u32,
-    unused_0: u32,
+    // Number of slots of the table.
+    slots: u32,
     // Slots of the records that are due | coarser records whose children were seen lately | pixels whose surface no coarse texel shows.
     lists: array<u32>,
 }
@@ -46,12 +46,12 @@ fn stride_of(workgroups: vec3u) -> u32 {
 
 /// First entry of the list of coarser records.
 fn first_parent() -> u32 {
-    return arrayLength(&cells);
+    return counters.slots;
 }
 
 /// First entry of the list of pixels.
 fn first_pixel() -> u32 {
-    return 2u * arrayLength(&cells);
+    return 2u * counters.slots;
 }
 
 /// Length that the list of pixels may have. Further pixels keep the light of the nearest surfel.

@@ -2,7 +2,7 @@
 import package::common::math::{random_words, unit_numbers};
 import package::common::streams::CACHE_SHARE_STREAM;
 import package::common::view::View;
-import package::radiance_cache::cells::{cells, hash_of, place_of_slot};
+import package::radiance_cache::cells::{BUCKET, buckets, hash_of, place_of_slot};
 import package::radiance_cache::counters::{counters, stride_of};
 import package::radiance_cache::links::rays;
 import package::radiance_cache::weight::{FIRST_RAYS, is_new, is_settled, weight_of};
@@ -46,11 +46,11 @@ fn draw(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
     for (var i = id.x; i < due; i += stride_of(workgroups)) {
         let slot = counters.lists[i];
         let count = rays_of(slot);
-        atomicStore(&cells[slot].rays, 0u);
+        atomicStore(&buckets[slot / BUCKET].cells[slot % BUCKET].rays, 0u);
         if count > 0u {
             let first = min(atomicAdd(&counters.rays, count), arrayLength(&rays));
             let end = min(first + count, arrayLength(&rays));
-            atomicStore(&cells[slot].rays, first | ((end - first) << 24u));
+            atomicStore(&buckets[slot / BUCKET].cells[slot % BUCKET].rays, first | ((end - first) << 24u));
             for (var ray = first; ray < end; ray++) {
                 rays[ray].slot = slot;
                 rays[ray].index = ray - first;

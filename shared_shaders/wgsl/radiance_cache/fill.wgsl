@@ -4,7 +4,7 @@
 import package::common::view::View;
 import package::radiance_cache::cells::{level_at, place_of};
 import package::radiance_cache::counters::{counters, first_pixel, most_pixels, stride_of};
-import package::radiance_cache::light::light_of_surface;
+import package::radiance_cache::light::light_of;
 import package::radiance_cache::pixels::surface_of_pixel;
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -23,7 +23,7 @@ fn fill(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
         let d = textureLoad(depth, pixel, 0).x;
         let surface = surface_of_pixel(pixel, d, textureLoad(normal, pixel, 0).xyz, view);
         let place = place_of(surface.position, surface.normal, level_at(d, view));
-        var light = light_of_surface(place, surface.position, surface.normal, d, view);
+        var light = light_of(place, place);
         if light.w > 0.0 {
             @if(float16) { light = min(light, vec4f(LARGEST_FLOAT16)); }
             textureStore(indirect, pixel, vec4f(light.rgb, 1.0));

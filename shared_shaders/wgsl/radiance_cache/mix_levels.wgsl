@@ -1,6 +1,7 @@
 // Mixes the light of each record with that of the coarser ones that contain it.
-import package::radiance_cache::cells::{COARSER_LEVELS, NO_SLOT, find, grid, parent_of, place_of_slot};
+import package::radiance_cache::cells::{COARSER_LEVELS, NO_SLOT, grid, parent_of, place_of_slot};
 import package::radiance_cache::counters::{counters, stride_of};
+import package::radiance_cache::lookup::find;
 import package::radiance_cache::totals::{shown, totals};
 
 // Mixed light of each record; w is 0 without any.
@@ -8,6 +9,10 @@ import package::radiance_cache::totals::{shown, totals};
 
 @compute @workgroup_size(64)
 fn mix_levels(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
+    if id.x == 0u {
+        // No pass after this one marks anything.
+        counters.epoch += 1u;
+    }
     let due = atomicLoad(&counters.due);
     for (var i = id.x; i < due; i += stride_of(workgroups)) {
         let slot = counters.lists[i];

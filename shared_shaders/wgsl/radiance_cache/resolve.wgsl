@@ -1,14 +1,14 @@
 // variants: packed
 // The light of each surfel: that of a record near it, chosen at random within the width of a cell, so that the spatial
 // filter that follows interpolates between cells. With `packed`, the result is the surfels with this light.
+import package::common::hemisphere::tangents_of;
 import package::common::math::{spread2, random3};
 import package::common::streams::CACHE_RESOLVE_STREAM;
 @if(packed) import package::common::surfel::with_radiance;
 import package::common::surfel::{surfel_depth, surfel_normal, surfel_position};
 import package::common::view::{View, SKY_DEPTH};
 import package::radiance_cache::cells::{cell_width, level_at, place_of};
-import package::radiance_cache::counters::counters;
-import package::radiance_cache::light::light_of_surface;
+import package::radiance_cache::light::light_of;
 
 struct Params {
     // Width of a surfel in full-resolution pixels.
@@ -23,9 +23,6 @@ struct Params {
 
 @compute @workgroup_size(8, 8)
 fn resolve(@builtin(global_invocation_id) id: vec3u) {
-    if all(id.xy == vec2u(0u)) {
-        counters.epoch += 1u;
-    }
     if any(id.xy >= textureDimensions(surfels)) {
         return;
     }
@@ -37,16 +34,15 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
         let position = (view.view_to_world * vec4f(in_view, 1.0)).xyz;
         let normal = normalize((view.view_to_world * vec4f(surfel_normal(words), 0.0)).xyz);
         let level = level_at(depth, view);
-        let helper = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.x) > 0.7);
-        let tangent = normalize(cross(helper, normal));
-        let bitangent = cross(normal, tangent);
+        let tangents = tangents_of(normal);
         // The same numbers in every frame, so that a static picture does not flicker.
         let random = spread2(id.xy, 0u, CACHE_RESOLVE_STREAM, view.seed, false) - 0.5;
         let more = random3(id.xy, 0u, CACHE_RESOLVE_STREAM + 1u, view.seed).xy - 0.5;
-        let offset = tangent * random.x + bitangent * random.y;
-        let bent = normalize(normal + 0.4 * (tangent * more.x + bitangent * more.y));
+        let offset = tangents * random;
+        // Bins depend on the direction alone.
+        let bent = normal + 0.4 * (tangents * more);
         let near = place_of(position + offset * cell_width(level), bent, level);
-        light = light_of_surface(near, position, normal, depth, view);
+        light = light_of(near, place_of(position, normal, level));
     }
     @if(!packed) { textureStore(gathered, id.xy, vec4f(light.rgb, 1.0)); }
     @if(packed) { textureStore(gathered, id.xy, with_radiance(words, light.rgb)); }

@@ -2,7 +2,9 @@
 import package::common::math::random_words;
 import package::common::streams::CACHE_SQUARE_STREAM;
 import package::common::view::{View, SKY_DEPTH};
-import package::radiance_cache::cells::{COARSER_LEVELS, NO_SLOT, cells, find_or_insert, level_at, parent_of, place_of};
+import package::radiance_cache::cells::{
+    BUCKET, COARSER_LEVELS, NO_SLOT, buckets, find_or_insert, level_at, parent_of, place_of,
+};
 import package::radiance_cache::counters::stamp;
 import package::radiance_cache::pixels::surface_of_pixel;
 import package::radiance_cache::squares::{SQUARE, pixel_of_square, squares_across};
@@ -29,23 +31,23 @@ fn seek(@builtin(global_invocation_id) id: vec3u) {
         // One of the squares whose pixels are inside is chosen at random. The pixel follows from the square.
         let random = random_words(id.xy, view.frame, CACHE_SQUARE_STREAM, view.seed).z;
         let number = id.y * squares_across(size.x) + id.x + 1u;
-        atomicMax(&cells[slot].pixel, (random & 0xff000000u) | (number & 0xffffffu));
+        atomicMax(&buckets[slot / BUCKET].cells[slot % BUCKET].pixel, (random & 0xff000000u) | (number & 0xffffffu));
     }
     // Coarser levels collect the light of the finer ones.
     for (var i = 0u; i <= COARSER_LEVELS; i++) {
         if slot != NO_SLOT {
             // Another pixel may have come here before, from the same level or from a coarser one.
             let mark = stamp() * (COARSER_LEVELS + 1u) + COARSER_LEVELS - i;
-            if atomicMax(&cells[slot].mark, mark) >= mark {
+            if atomicMax(&buckets[slot / BUCKET].cells[slot % BUCKET].mark, mark) >= mark {
                 return;
             }
-            atomicMax(&cells[slot].seen, stamp());
+            atomicMax(&buckets[slot / BUCKET].cells[slot % BUCKET].seen, stamp());
         }
         if i < COARSER_LEVELS {
             place = parent_of(place);
             slot = find_or_insert(place);
             if slot != NO_SLOT {
-                atomicStore(&cells[slot].parent, stamp());
+                atomicStore(&buckets[slot / BUCKET].cells[slot % BUCKET].parent, stamp());
             }
         }
     }

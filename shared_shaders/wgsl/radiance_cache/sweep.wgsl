@@ -3,7 +3,7 @@
 // next frame.
 import package::common::math::pcg3d;
 import package::temporal::previous_view::PreviousView;
-import package::radiance_cache::cells::{cells, LIFETIME};
+import package::radiance_cache::cells::{BUCKET, LIFETIME, buckets, slots};
 import package::radiance_cache::counters::{LIGHTS_CHANGED, OBJECTS_MOVED, counters, stamp};
 import package::radiance_cache::totals::totals;
 
@@ -42,20 +42,21 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
             | select(0u, OBJECTS_MOVED, counters.objects != hash_of_objects.x && previous.valid != 0u);
         counters.lights = hash.x;
         counters.objects = hash_of_objects.x;
+        counters.slots = slots();
         counters.settled = select(min(counters.settled + 1u, 0xffffu), 0u, counters.changed != 0u);
     }
-    if slot >= arrayLength(&cells) {
+    if slot >= slots() {
         return;
     }
-    atomicStore(&cells[slot].pixel, 0u);
-    atomicStore(&cells[slot].hit, 0u);
-    let age = stamp() - atomicLoad(&cells[slot].seen);
+    atomicStore(&buckets[slot / BUCKET].cells[slot % BUCKET].pixel, 0u);
+    atomicStore(&buckets[slot / BUCKET].cells[slot % BUCKET].hit, 0u);
+    let age = stamp() - atomicLoad(&buckets[slot / BUCKET].cells[slot % BUCKET].seen);
     if previous.valid == 0u || age > LIFETIME {
-        atomicStore(&cells[slot].fingerprint, 0u);
-        atomicStore(&cells[slot].seen, 0u);
-        atomicStore(&cells[slot].parent, 0u);
-        atomicStore(&cells[slot].mark, 0u);
-        for (var entry = slot; entry < arrayLength(&totals); entry += arrayLength(&cells)) {
+        atomicStore(&buckets[slot / BUCKET].fingerprints[slot % BUCKET], 0u);
+        atomicStore(&buckets[slot / BUCKET].cells[slot % BUCKET].seen, 0u);
+        atomicStore(&buckets[slot / BUCKET].cells[slot % BUCKET].parent, 0u);
+        atomicStore(&buckets[slot / BUCKET].cells[slot % BUCKET].mark, 0u);
+        for (var entry = slot; entry < arrayLength(&totals); entry += slots()) {
             totals[entry] = vec4f(0.0);
         }
         mixed[slot] = vec4f(0.0);

@@ -14,7 +14,7 @@ import package::common::view::View;
 import package::truth::surface::{surface_at, ray_from};
 import package::truth::traversal::{FAR, Ray, traverse};
 import package::radiance_cache::cells::{
-    NO_SLOT, cells, records, find_or_insert, hash_of, level_of_hits_at, place_of_hit, place_of_slot,
+    BUCKET, NO_SLOT, buckets, records, find_or_insert, hash_of, level_of_hits_at, place_of_hit, place_of_slot,
 };
 import package::radiance_cache::counters::{counters, stamp, stride_of};
 import package::radiance_cache::pixels::{PixelSurface, surface_of_pixel};
@@ -46,7 +46,7 @@ override BOUNCES: bool;
 
 /// Where the rays of a record start in this frame: at the pixel that was chosen, otherwise at its own position.
 fn origin_of(slot: u32) -> PixelSurface {
-    let square = atomicLoad(&cells[slot].pixel) & 0xffffffu;
+    let square = atomicLoad(&buckets[slot / BUCKET].cells[slot % BUCKET].pixel) & 0xffffffu;
     if square == 0u {
         return PixelSurface(records[slot].position, octahedral_decode(unpack2x16snorm(records[slot].normal)));
     }
@@ -160,8 +160,8 @@ fn trace_ray(number: u32) {
                 let level = level_of_hits_at(distance, view);
                 source = find_or_insert(place_of_hit(surface.position, surface.normal, level));
                 if source != NO_SLOT {
-                    atomicMax(&cells[source].hit, random);
-                    atomicMax(&cells[source].seen, stamp());
+                    atomicMax(&buckets[source / BUCKET].cells[source % BUCKET].hit, random);
+                    atomicMax(&buckets[source / BUCKET].cells[source % BUCKET].seen, stamp());
                 }
             }
         }

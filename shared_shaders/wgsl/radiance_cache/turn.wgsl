@@ -1,5 +1,5 @@
 // What a record does once in a few frames.
-import package::radiance_cache::cells::cells;
+import package::radiance_cache::cells::{BUCKET, buckets};
 import package::radiance_cache::counters::stamp;
 
 /// A record that is settled is due once in so many frames.
@@ -7,5 +7,5 @@ const INTERVAL: u32 = 4u;
 
 /// Whether it is the turn of a record, which does not depend on the order in which slots were taken.
 fn is_turn_of(slot: u32) -> bool {
-    return (atomicLoad(&cells[slot].fingerprint) + stamp()) % INTERVAL == 0u;
+    return (atomicLoad(&buckets[slot / BUCKET].fingerprints[slot % BUCKET]) + stamp()) % INTERVAL == 0u;
 }

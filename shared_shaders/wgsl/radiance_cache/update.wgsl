@@ -3,7 +3,7 @@
 // does not depend on lamps, and further bounces, the mean over the links of what their hits reflect of the light of other
 // records. With `kept`, links are kept; with `linked`, there are further bounces.
 import package::common::math::LARGEST_RADIANCE;
-import package::radiance_cache::cells::{cells, records};
+import package::radiance_cache::cells::{BUCKET, buckets, records};
 @if(linked) import package::radiance_cache::cells::{LIFETIME, NO_SLOT};
 @if(linked) import package::radiance_cache::counters::stamp;
 import package::radiance_cache::counters::{counters, stride_of};
@@ -25,7 +25,7 @@ const AGE_OF_LINKS: u32 = 8u;
 
 /// Adds the rays of this frame to the means of a record.
 fn add_rays(slot: u32) {
-    let words = atomicLoad(&cells[slot].rays);
+    let words = atomicLoad(&buckets[slot / BUCKET].cells[slot % BUCKET].rays);
     let first = words & 0xffffffu;
     let count = words >> 24u;
     let before = records[slot].links;
@@ -66,7 +66,7 @@ fn keep_sources(slot: u32, seen: u32, count: u32) {
     for (var i = 0u; i < count; i++) {
         let source = source_of(links[slot * LINKS + i]);
         if source != NO_SLOT {
-            atomicMax(&cells[source].seen, max(seen, AGE_OF_LINKS) - AGE_OF_LINKS);
+            atomicMax(&buckets[source / BUCKET].cells[source % BUCKET].seen, max(seen, AGE_OF_LINKS) - AGE_OF_LINKS);
         }
     }
 }
@@ -80,7 +80,7 @@ fn update(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) wor
         let first = records[slot].reflected + records[slot].own;
         let samples = records[slot].samples;
         @if(linked) {
-            let seen = atomicLoad(&cells[slot].seen);
+            let seen = atomicLoad(&buckets[slot / BUCKET].cells[slot % BUCKET].seen);
             if stamp() - seen + AGE_OF_LINKS + INTERVAL >= LIFETIME {
                 // The records that its links refer to are removed before this one. It may be seen again before it is removed.
                 records[slot].links = 0u;

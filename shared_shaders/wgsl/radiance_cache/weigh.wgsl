@@ -1,5 +1,5 @@
 // Lists the records that are due, and sums the weights by which they share the rays of a frame.
-import package::radiance_cache::cells::cells;
+import package::radiance_cache::cells::{BUCKET, buckets, is_taken, slots};
 import package::radiance_cache::counters::{counters, first_parent, stamp};
 import package::radiance_cache::squares::FRAMES_OF_SQUARE;
 import package::radiance_cache::weight::{is_due, is_new, weight_of};
@@ -7,12 +7,12 @@ import package::radiance_cache::weight::{is_due, is_new, weight_of};
 @compute @workgroup_size(64)
 fn weigh(@builtin(global_invocation_id) id: vec3u) {
     let slot = id.x;
-    if slot >= arrayLength(&cells) || atomicLoad(&cells[slot].fingerprint) == 0u || !is_due(slot) {
+    if slot >= slots() || !is_taken(slot) || !is_due(slot) {
         return;
     }
     counters.lists[atomicAdd(&counters.due, 1u)] = slot;
     // After that many frames every pixel has been looked at.
-    let parent = atomicLoad(&cells[slot].parent);
+    let parent = atomicLoad(&buckets[slot / BUCKET].cells[slot % BUCKET].parent);
     if parent > 0u && stamp() - parent < FRAMES_OF_SQUARE {
         counters.lists[first_parent() + atomicAdd(&counters.parents, 1u)] = slot;
     }

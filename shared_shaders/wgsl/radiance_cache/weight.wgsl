@@ -1,5 +1,5 @@
 // How much a record wants rays.
-import package::radiance_cache::cells::{HITS, cells, records};
+import package::radiance_cache::cells::{BUCKET, HITS, buckets, is_taken, records};
 import package::radiance_cache::counters::counters;
 import package::radiance_cache::totals::{shown, totals};
 import package::radiance_cache::turn::{INTERVAL, is_turn_of};
@@ -15,13 +15,13 @@ const FIRST_RAYS: f32 = 4.0;
 
 /// Whether a pixel that was looked at in this frame is inside the cell.
 fn is_visible(slot: u32) -> bool {
-    return atomicLoad(&cells[slot].pixel) != 0u;
+    return atomicLoad(&buckets[slot / BUCKET].cells[slot % BUCKET].pixel) != 0u;
 }
 
 /// Share of the rays that a record gets, relative to others. Empty slots, records without a position yet and coarser records,
 /// which collect the rays of finer ones, get none.
 fn weight_of(slot: u32) -> u32 {
-    if atomicLoad(&cells[slot].fingerprint) == 0u {
+    if !is_taken(slot) {
         return 0u;
     }
     let samples = records[slot].samples;

@@ -1,12 +1,13 @@
-//! Error and time of a technique over the frames of a static view: relMSE of `albedo * indirect` over blocks of 4 x 4
-//! pixels, against a path-traced reference.
+//! Error and time of a technique over frames: relMSE of `albedo * indirect` over blocks of 4 x 4 pixels, against a
+//! path-traced reference. The view is static, or `--moving` says what moves before.
 //!
 //!     cargo run --release -p halflight-evaluator --example error_over_frames -- scenes/atrium.toml --size 320x180
 #![allow(clippy::disallowed_macros, reason = "an example prints")]
 
 use std::{error::Error, path::PathBuf};
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
+use glam::Vec3;
 use halflight_evaluator::experiment::{
     COMMIT, reference,
     session::{Request, Session, open_adapter, open_scene},
@@ -18,7 +19,57 @@ use halflight_renderer::{
     parameters::{Settings, Value, check_settings},
     truth::{Request as TruthRequest, Stop},
 };
+use halflight_scenes::{CameraKeyframe, Keyframe, Motion, Scene};
 use halflight_techniques::{invocation::parse_size, parameters_of, technique};
+
+/// Sideways motion of the camera in a frame, relative to the distance to its target.
+const CAMERA_STEP: f32 = 0.002;
+/// Rotation of the lights about the vertical axis before they are turned.
+const TURN_DEGREES: f32 = 30.0;
+/// Frames before the lights are turned.
+const FRAMES_BEFORE_TURN: u32 = 120;
+
+/// What moves.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Moving {
+    /// Nothing.
+    Nothing,
+    /// The camera moves sideways, and is where the scene has it in the frame that is measured.
+    Camera,
+    /// The lights turn by 30 degrees after 120 frames, to where the scene has them. Frames are counted from then on.
+    Lights,
+}
+
+impl Moving {
+    /// The scene with this motion, and the number of its frames before those that are counted. The camera arrives in
+    /// frame `last`.
+    fn apply(self, mut scene: Scene, last: u32) -> (Scene, u32) {
+        match self {
+            Self::Nothing => (scene, 0),
+            Self::Camera => {
+                let (eye, target) = (Vec3::from(scene.camera.eye), Vec3::from(scene.camera.target));
+                let along = (target - eye).cross(scene.camera.up.into()).normalize() * eye.distance(target);
+                let key = |frame: u32| {
+                    let offset = along * (CAMERA_STEP * (last - 1 - frame) as f32);
+                    let [eye, target] = [eye, target].map(|point| (point + offset).into());
+                    CameraKeyframe { frame, eye, target, cut: false }
+                };
+                scene.moves.camera = vec![key(0), key(last - 1)];
+                (scene, 0)
+            }
+            Self::Lights => {
+                let key =
+                    |frame, degrees| Keyframe { frame, rotate_degrees: [0.0, degrees, 0.0], ..Keyframe::default() };
+                let keyframes =
+                    vec![key(0, TURN_DEGREES), key(FRAMES_BEFORE_TURN - 1, TURN_DEGREES), key(FRAMES_BEFORE_TURN, 0.0)];
+                scene.moves.lights = (0..scene.lights.len())
+                    .map(|light| (light, Motion { keyframes: keyframes.clone(), ..Motion::default() }))
+                    .collect();
+                (scene, FRAMES_BEFORE_TURN)
+            }
+        }
+    }
+}
 
 #[derive(Parser)]
 struct Args {
@@ -36,6 +87,9 @@ struct Args {
     /// Frames that are measured, counted from 1.
     #[arg(long, value_delimiter = ',', default_value = "1,8,32,128")]
     frames: Vec<u32>,
+    /// What moves.
+    #[arg(long, value_enum, default_value = "nothing")]
+    moving: Moving,
     /// Bounces of the reference.
     #[arg(long, default_value_t = 12)]
     bounces: u32,
@@ -74,48 +128,60 @@ fn main() -> Result<(), Box<dyn Error>> {
         let stop = Stop { samples_per_pixel: 1 << 16, rel_error: Some(args.rel_error), error_block: 8 };
         Some(reference::image(&reference::trace(&native, &scene, &request, stop)?.truth))
     };
-    let session = Session::new(&native, &scene);
-    let mut frames = session.frames(&Request { technique, settings, size: args.size, seed: 0, direct: None })?;
     println!(
         "{}, commit {COMMIT}, {}, {}, {}x{}",
         native.info.name, scene.name, technique.name, args.size[0], args.size[1]
     );
-    println!("technique {:.1} MB", frames.plan().technique_bytes() as f64 * 1e-6);
     println!("| frame | block relMSE | mean | technique, ms | trace, ms | slots taken |");
     println!("|---:|---:|---:|---:|---:|---:|");
-    let mut times = Vec::new();
-    for number in 1..=args.frames.iter().copied().max().unwrap_or(1) {
-        let time = frames.run(number - 1)?;
-        let of = |wanted: &dyn Fn(&str) -> bool| {
-            let passes = time.passes.iter().filter(|pass| pass.part == Part::Technique && wanted(&pass.name));
-            passes.map(|pass| pass.milliseconds).sum::<f64>()
-        };
-        times.push([of(&|_| true), of(&|name| name == "trace")]);
-        if !args.frames.contains(&number) {
-            continue;
+    // A camera that moves is at the right place in one frame alone.
+    let sequences: Vec<Vec<u32>> = match args.moving {
+        Moving::Camera => args.frames.iter().map(|&frame| vec![frame]).collect(),
+        _ => vec![args.frames.clone()],
+    };
+    for wanted in sequences {
+        let last = wanted.iter().copied().max().unwrap_or(1);
+        let (scene, before) = args.moving.apply(scene.clone(), last);
+        let session = Session::new(&native, &scene);
+        let request = Request { technique, settings: settings.clone(), size: args.size, seed: 0, direct: None };
+        let mut frames = session.frames(&request)?;
+        let mut times = Vec::new();
+        for number in 1..=before + last {
+            let time = frames.run(number - 1)?;
+            let of = |wanted: &dyn Fn(&str) -> bool| {
+                let passes = time.passes.iter().filter(|pass| pass.part == Part::Technique && wanted(&pass.name));
+                passes.map(|pass| pass.milliseconds).sum::<f64>()
+            };
+            times.push([of(&|_| true), of(&|name| name == "trace")]);
+            let Some(number) = number.checked_sub(before).filter(|number| wanted.contains(number)) else {
+                continue;
+            };
+            let image = frames.image()?;
+            if let Some(folder) = &args.out {
+                image.write_exr(&folder.join(format!("{}_{number}.exr", technique.name)), Precision::Half)?;
+            }
+            let errors = truth.as_ref().map_or(Ok([f64::NAN; 2]), |truth| errors(&image, truth))?;
+            let errors: Vec<String> = errors.iter().map(|error| format!("{error:.4}")).collect();
+            let [all, trace] = [0, 1].map(|part| {
+                let mut sorted: Vec<f64> = times.iter().map(|time| time[part]).collect();
+                sorted.sort_by(f64::total_cmp);
+                sorted[sorted.len() / 2]
+            });
+            let taken = frames.read_buffer("buckets")?.map_or(String::new(), |bytes| slots_taken(&bytes));
+            println!("| {number} | {} | {all:.1} | {trace:.1} | {taken} |", errors.join(" | "));
+            times.clear();
         }
-        let image = frames.image()?;
-        if let Some(folder) = &args.out {
-            image.write_exr(&folder.join(format!("{}_{number}.exr", technique.name)), Precision::Half)?;
-        }
-        let errors = truth.as_ref().map_or(Ok([f64::NAN; 2]), |truth| errors(&image, truth))?;
-        let errors: Vec<String> = errors.iter().map(|error| format!("{error:.4}")).collect();
-        let [all, trace] = [0, 1].map(|part| {
-            let mut sorted: Vec<f64> = times.iter().map(|time| time[part]).collect();
-            sorted.sort_by(f64::total_cmp);
-            sorted[sorted.len() / 2]
-        });
-        let taken = frames.read_buffer("buckets")?.map_or(String::new(), |bytes| {
-            // Twin of `Bucket` in radiance_cache/cells.wgsl: eight fingerprints, 0 in empty slots, before eight cells.
-            let slots = bytes.chunks_exact(224).flat_map(|bucket| bucket[..32].chunks_exact(4));
-            let count = slots.clone().count();
-            let taken = slots.filter(|&fingerprint| fingerprint != [0; 4]).count();
-            format!("{taken} of {count}")
-        });
-        println!("| {number} | {} | {all:.1} | {trace:.1} | {taken} |", errors.join(" | "));
-        times.clear();
     }
     Ok(())
+}
+
+/// Slots of the cache's table that have a record. Twin of `Bucket` in radiance_cache/cells.wgsl: eight fingerprints, 0 in
+/// empty slots, before eight cells.
+fn slots_taken(buckets: &[u8]) -> String {
+    let slots = buckets.chunks_exact(224).flat_map(|bucket| bucket[..32].chunks_exact(4));
+    let count = slots.clone().count();
+    let taken = slots.filter(|&fingerprint| fingerprint != [0; 4]).count();
+    format!("{taken} of {count}")
 }
 
 /// relMSE over blocks of 4 x 4 pixels, and the mean relative to that of the reference.

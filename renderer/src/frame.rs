@@ -51,13 +51,31 @@ pub fn plan_frame(
     size: [u32; 2],
     direct: DirectSource,
 ) -> Result<FramePlan, SettingsError> {
-    let unlit;
-    let facts = if takes_light(technique, settings, Some(facts))? {
-        facts
-    } else {
-        unlit = facts.without_senders();
-        &unlit
-    };
+    let takes_light = takes_light(technique, settings, Some(facts))?;
+    if takes_light || facts.receive_only.is_empty() {
+        let plan = plan_frame_of(facts, technique, settings, size, direct)?;
+        if facts.receive_only.is_empty() || reads_senders(&plan) {
+            return Ok(plan);
+        }
+    }
+    plan_frame_of(&facts.without_senders(), technique, settings, size, direct)
+}
+
+/// Whether some pass reads which surfaces of a view send light, or the light that they send.
+fn reads_senders(plan: &FramePlan) -> bool {
+    let readers = plan.passes.iter().filter(|pass| !pass.shader.name.starts_with("source/"));
+    let mut read = readers.flat_map(|pass| pass.reads_and_writes().0);
+    read.any(|id| ["source", "receive_only"].iter().any(|name| plan.resources[id.0].name.ends_with(name)))
+}
+
+/// As [`plan_frame`], for a technique for which it matters which surfaces send light, if the facts name some that do not.
+fn plan_frame_of(
+    facts: &SceneFacts,
+    technique: &Technique,
+    settings: &Settings,
+    size: [u32; 2],
+    direct: DirectSource,
+) -> Result<FramePlan, SettingsError> {
     let follows = facts.needs.moving_objects > 0 && follows_objects(facts, technique, settings, size)?;
     let needs = (technique.needs)(settings)?;
     let (mut plan, ScenePart { gbuffer, scene, shadow }) =

@@ -30,6 +30,9 @@ const PORTABLE: [&str; 18] = [
     "-p",
     "halflight-web",
 ];
+/// The crates that are not published.
+const PRIVATE: [&str; 5] =
+    ["halflight-soundness", "halflight-web", "halflight-bundle", "halflight-tests", "halflight-xtask"];
 const DENY_WARNINGS: [&str; 3] = ["--", "--deny", "warnings"];
 
 /// The integration tests of a quick run, each by its name in any crate: shaders, readers, plans, parameters, closed forms, and
@@ -74,6 +77,12 @@ pub fn run_all() -> Result<ExitCode, Stop> {
         cargo(&["doc", "--workspace", "--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "--deny warnings"),
         "fix the documentation that it names",
     )?;
+    let private = PRIVATE.iter().flat_map(|name| ["--exclude", name]);
+    // Without a build: the tests build the same files.
+    run(
+        cargo(&["package", "--workspace", "--no-verify", "--allow-dirty"]).args(private),
+        "fix the manifest that it names",
+    )?;
     let mut tally = tests(&[])?;
     if setup::for_node_tests()? {
         node_tests(&mut tally)?;
@@ -83,9 +92,15 @@ pub fn run_all() -> Result<ExitCode, Stop> {
     tally.conclude()
 }
 
-/// Runs the tests of the JavaScript package, on the evaluator that cargo has built, and lists what npm would publish.
+/// Installs what the examples and the type checks of the JavaScript package need. Runs its tests, on the evaluator that cargo
+/// has built, and lists what npm would publish.
 fn node_tests(tally: &mut Tally) -> Result<(), Stop> {
     let package = crate::root().join("js");
+    for folder in [&package, &package.join("examples/three")] {
+        let fix = "npm installs what package-lock.json pins: check the connection to its registry";
+        run(program("npm").args(["ci", "--no-audit", "--no-fund"]).current_dir(folder), fix)?;
+    }
+    run(program("npm").args(["run", "types"]).current_dir(&package), "fix the types that it names")?;
     let mut node = program("node");
     node.args(["--test", "--test-reporter=tap"]).current_dir(&package).env("HALFLIGHT_EVALUATOR", built_evaluator()?);
     let before = tally.announced;

@@ -82,6 +82,11 @@ impl Cache {
 pub struct Key(String);
 
 impl Key {
+    /// A hash that was printed before.
+    pub fn parse(text: &str) -> Self {
+        Self(text.to_owned())
+    }
+
     /// The hash as text.
     pub fn as_str(&self) -> &str {
         &self.0

@@ -17,13 +17,16 @@
 
 use halflight_shared_shaders::truth::path_trace;
 
+mod exact;
 mod request;
 mod state;
+mod sums;
 mod trace;
 mod tracer;
 
 pub use request::{Request, Stop};
 pub use state::{Estimate, FEWEST_FINDINGS, State, Truth};
+pub use sums::{PART, Sums};
 pub use trace::{Progress, Reading, Trace};
 pub use tracer::{Tracer, is_lit};
 

@@ -41,6 +41,42 @@ pub struct Stop {
     pub error_block: u32,
 }
 
+impl Stop {
+    /// Samples after which the error of a trace without samples is judged first.
+    const FIRST_CHECK: u32 = 16;
+
+    /// Whether a trace with these samples and this error, where it is known, is finished.
+    pub fn is_reached(&self, samples: u32, rel_error: Option<f64>) -> bool {
+        let enough = self.rel_error.zip(rel_error).is_some_and(|(target, error)| error <= f64::from(target));
+        samples >= self.samples_per_pixel || enough && samples > 1
+    }
+
+    /// Expected number of samples per pixel at the end.
+    pub fn expected_samples(&self, samples: u32, rel_error: Option<f64>) -> u32 {
+        let needed = match (self.rel_error, rel_error) {
+            // The error decreases with the square root of the samples. 5 % more samples, so that one more estimate
+            // suffices.
+            (Some(target), Some(error)) => f64::from(samples) * (error / f64::from(target)).powi(2) * 1.05,
+            _ => f64::INFINITY,
+        };
+        needed.min(f64::from(self.samples_per_pixel)).max(1.0) as u32
+    }
+
+    /// Samples at which the error is judged next.
+    pub fn next_check(&self, samples: u32, rel_error: Option<f64>) -> u32 {
+        let limit = self.samples_per_pixel;
+        match (self.rel_error, rel_error) {
+            (None, _) => limit,
+            (Some(_), None) => limit.min(samples.saturating_mul(2).max(Self::FIRST_CHECK)),
+            // A first estimate is not reliable enough for a large step.
+            (Some(_), Some(_)) => {
+                let most = samples.saturating_mul(8).max(samples + 1);
+                self.expected_samples(samples, rel_error).clamp(samples + 1, most).min(limit)
+            }
+        }
+    }
+}
+
 impl Default for Stop {
     fn default() -> Self {
         Self { samples_per_pixel: 256, rel_error: None, error_block: 1 }

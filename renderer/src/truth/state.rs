@@ -116,56 +116,72 @@ impl State {
 
     /// The images. `request` is that of the trace.
     pub fn truth(&self, request: &Request) -> Truth {
-        let scale = self.scale;
-        let layout = Layout::new(request);
-        let words = layout.words as usize;
-        let count = f64::from(self.samples.max(1));
-        let unscaled = |radiance: [f32; 3]| radiance.map(|v| clamp(f64::from(v) / f64::from(scale)));
-        let radiance = |at: u32| {
-            let pixels = self.sums.chunks_exact(words).map(|sums| {
-                let channels: [_; 3] = std::array::from_fn(|c| {
-                    mean_and_error(sums[at as usize + c], sums[at as usize + 3 + c], count, f64::from(scale))
-                });
-                (channels.map(|c| c.0), channels.map(|c| c.1))
+        let words = Layout::new(request).words as usize;
+        let sum = |index: usize| {
+            let sum = self.sums[index];
+            // The first word of a pixel counts rays.
+            if index.is_multiple_of(words) { f64::from(sum.to_bits()) } else { f64::from(sum) }
+        };
+        truth_of(request, self.samples, self.scale, &self.surfaces, sum)
+    }
+}
+
+/// The images of sums over `samples`; `sum` gives a sum by its index.
+pub(super) fn truth_of(
+    request: &Request,
+    samples: u32,
+    scale: f32,
+    surfaces: &[PrimarySurface],
+    sum: impl Fn(usize) -> f64,
+) -> Truth {
+    let layout = Layout::new(request);
+    let words = layout.words as usize;
+    let count = f64::from(samples.max(1));
+    let unscaled = |radiance: [f32; 3]| radiance.map(|v| clamp(f64::from(v) / f64::from(scale)));
+    let pixels = || (0..surfaces.len()).map(|pixel| pixel * words);
+    let radiance = |at: u32| {
+        let values = pixels().map(|pixel| {
+            let channels: [_; 3] = std::array::from_fn(|c| {
+                let at = pixel + at as usize + c;
+                mean_and_error(sum(at), sum(at + 3), count, f64::from(scale))
             });
-            let (mean, standard_error) = pixels.unzip();
-            Estimate { mean, standard_error }
-        };
-        let occlusion = |at: u32| {
-            // Every sample is 0 or 1, so it equals its square.
-            let pixels = self
-                .sums
-                .chunks_exact(words)
-                .map(|sums| mean_and_error(sums[at as usize], sums[at as usize], count, 1.0));
-            let (mean, standard_error) = pixels.unzip();
-            Estimate { mean, standard_error }
-        };
-        let rays = |rays: u64, more: u32| rays + u64::from(more);
-        Truth {
-            size: request.size,
-            samples: self.samples,
-            rays: self.surfaces.iter().map(|s| s.rays).fold(0, rays)
-                + self.sums.chunks_exact(words).map(|sums| sums[0].to_bits()).fold(0, rays),
-            depth: self.surfaces.iter().map(|s| s.depth).collect(),
-            position: self.surfaces.iter().map(|s| s.position).collect(),
-            normal: self.surfaces.iter().map(|s| s.normal).collect(),
-            albedo: self.surfaces.iter().map(|s| s.albedo).collect(),
-            direct: self.surfaces.iter().map(|s| unscaled(s.direct)).collect(),
-            transmitted: self.surfaces.iter().map(|s| unscaled(s.transmitted)).collect(),
-            bounce1: layout.bounce1.map(radiance),
-            indirect: layout.indirect.map(radiance),
-            on_screen: layout.on_screen.map(radiance),
-            glossy: layout.glossy.map(radiance),
-            ambient_occlusion: layout.occlusion.map(occlusion),
-        }
+            (channels.map(|c| c.0), channels.map(|c| c.1))
+        });
+        let (mean, standard_error) = values.unzip();
+        Estimate { mean, standard_error }
+    };
+    let occlusion = |at: u32| {
+        // Every sample is 0 or 1, so it equals its square.
+        let values = pixels().map(|pixel| {
+            let open = sum(pixel + at as usize);
+            mean_and_error(open, open, count, 1.0)
+        });
+        let (mean, standard_error) = values.unzip();
+        Estimate { mean, standard_error }
+    };
+    Truth {
+        size: request.size,
+        samples,
+        rays: surfaces.iter().map(|s| u64::from(s.rays)).sum::<u64>()
+            + pixels().map(|pixel| sum(pixel) as u64).sum::<u64>(),
+        depth: surfaces.iter().map(|s| s.depth).collect(),
+        position: surfaces.iter().map(|s| s.position).collect(),
+        normal: surfaces.iter().map(|s| s.normal).collect(),
+        albedo: surfaces.iter().map(|s| s.albedo).collect(),
+        direct: surfaces.iter().map(|s| unscaled(s.direct)).collect(),
+        transmitted: surfaces.iter().map(|s| unscaled(s.transmitted)).collect(),
+        bounce1: layout.bounce1.map(radiance),
+        indirect: layout.indirect.map(radiance),
+        on_screen: layout.on_screen.map(radiance),
+        glossy: layout.glossy.map(radiance),
+        ambient_occlusion: layout.occlusion.map(occlusion),
     }
 }
 
 /// Mean and standard error of `count` samples from their sum and the sum of their squares, both scaled.
-fn mean_and_error(sum: f32, squares: f32, count: f64, scale: f64) -> (f32, f32) {
-    let mean = f64::from(sum) / count;
-    let variance =
-        if count > 1.0 { (f64::from(squares) / count - mean * mean).max(0.0) / (count - 1.0) } else { mean * mean };
+fn mean_and_error(sum: f64, squares: f64, count: f64, scale: f64) -> (f32, f32) {
+    let mean = sum / count;
+    let variance = if count > 1.0 { (squares / count - mean * mean).max(0.0) / (count - 1.0) } else { mean * mean };
     (clamp(mean / scale), clamp(variance.sqrt() / scale))
 }
 

@@ -20,8 +20,6 @@ use super::{Request, State, Stop, Tracer, Truth, TruthError, request::Layout, st
 const BATCH: Duration = Duration::from_millis(100);
 /// Samples of the first batches, before the device's speed is known: 8 x 8 blocks.
 const FIRST_BATCH: u32 = 64;
-/// Samples after which the error is estimated for the first time.
-const FIRST_CHECK: u32 = 16;
 /// Largest number of samples per pixel in one batch.
 const MAX_BATCH_SAMPLES: u32 = 64;
 /// An unlimited distance in the shader.
@@ -38,6 +36,8 @@ pub struct Trace {
     sums: wgpu::Buffer,
     params: path_trace::Params,
     scale: f32,
+    /// Number of the first sample.
+    first: u32,
     /// Samples that every pixel has.
     samples: u32,
     /// Whether the primary rays are done.
@@ -172,6 +172,7 @@ impl Trace {
             sums,
             params,
             scale: tracer.radiance_scale,
+            first: 0,
             samples: 0,
             seen: false,
             next_block: 0,
@@ -200,7 +201,7 @@ impl Trace {
         let params = path_trace::Params {
             first_block: self.next_block,
             block_count: count,
-            first_sample: self.samples,
+            first_sample: self.first + self.samples,
             sample_count: self.pass_samples,
             ..self.params
         };
@@ -223,6 +224,19 @@ impl Trace {
             self.seen = true;
         }
         true
+    }
+
+    /// Starts again at another sample, with sums of nothing and another stop. What the eye sees is not traced again.
+    ///
+    /// # Panics
+    /// In the middle of a pass.
+    pub fn begin(&mut self, gpu: &Gpu, first_sample: u32, stop: Stop) {
+        assert_eq!(self.next_block, 0, "parts begin between passes");
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.clear_buffer(&self.sums, 0, None);
+        gpu.queue.submit([encoder.finish()]);
+        (self.first, self.samples, self.rel_error, self.stop) = (first_sample, 0, None, stop);
+        self.plan_check();
     }
 
     /// Reports the time of the last batch, so that the next one takes about a tenth of a second.
@@ -250,7 +264,8 @@ impl Trace {
 
     /// Progress of the trace.
     pub fn progress(&self) -> Progress {
-        let expected_samples = if self.request.is_random() { self.expected_samples() } else { 0 };
+        let expected_samples =
+            if self.request.is_random() { self.stop.expected_samples(self.samples, self.rel_error) } else { 0 };
         let fraction = match (self.is_finished(), expected_samples) {
             (true, _) => 1.0,
             (false, 0) => 0.0,
@@ -259,24 +274,8 @@ impl Trace {
         Progress { samples: self.samples, expected_samples, rel_error: self.rel_error, fraction }
     }
 
-    fn expected_samples(&self) -> u32 {
-        let needed = match (self.stop.rel_error, self.rel_error) {
-            // The error decreases with the square root of the samples. 5 % more samples, so that one more estimate
-            // suffices.
-            (Some(target), Some(error)) => f64::from(self.samples) * (error / f64::from(target)).powi(2) * 1.05,
-            _ => f64::INFINITY,
-        };
-        needed.min(f64::from(self.stop.samples_per_pixel)).max(1.0) as u32
-    }
-
     fn plan_check(&mut self) {
-        let limit = self.stop.samples_per_pixel;
-        self.next_check = match (self.stop.rel_error, self.rel_error) {
-            (None, _) => limit,
-            (Some(_), None) => limit.min((self.samples * 2).max(FIRST_CHECK)),
-            // A first estimate is not reliable enough for a large step.
-            (Some(_), Some(_)) => self.expected_samples().clamp(self.samples + 1, (self.samples * 8).max(1)).min(limit),
-        };
+        self.next_check = self.stop.next_check(self.samples, self.rel_error);
     }
 
     /// Copies the sums for reading.

@@ -159,6 +159,13 @@ fn the_error_target_is_met_and_the_cache_answers_the_second_time() {
     assert_eq!(again.truth, first.truth);
     assert_eq!(again.inputs, first.inputs);
 
+    // A trace that was interrupted goes on to where it was to judge its error, and ends with the same samples.
+    let mut half = source.trace_range(&request, 0..first.truth.samples / 2, &mut |_| ()).unwrap().sums;
+    half.plan(first.truth.samples);
+    cache.store("truth", &first.inputs, &half.to_bytes()).unwrap();
+    let continued = source.trace(&request, Stop { rel_error: Some(0.5), ..stop }, &mut |_| ()).unwrap();
+    assert_eq!((continued.cached_samples, &continued.truth), (first.truth.samples / 2, &first.truth));
+
     // More samples start from those that are there; another request starts from nothing.
     let more = source.trace(&request, Stop::at_samples(first.truth.samples + 8), &mut |_| ()).unwrap();
     assert_eq!(more.cached_samples, first.truth.samples);

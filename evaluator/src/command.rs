@@ -13,11 +13,12 @@ use halflight_renderer::{
 };
 use halflight_techniques::{self, preset::Preset};
 
-use crate::Error;
+use crate::{Error, experiment::shard::Shard};
 
 mod explain;
 mod export;
 mod list;
+mod merge;
 mod plan;
 mod recommend;
 mod render;
@@ -36,6 +37,8 @@ struct Cli {
 enum Command {
     /// Run a grid of configurations: time each one, measure it against the path-traced reference, write a report folder.
     Run(run::RunArgs),
+    /// Merge report folders of one grid, measured in parts, to one.
+    Merge(merge::MergeArgs),
     /// Render one frame of a scene to an EXR (all channels) or a PNG (tone-mapped).
     Render(render::RenderArgs),
     /// Print the plan of a frame: passes, textures with their bytes, and the reason for each.
@@ -120,6 +123,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::render(&args),
         Command::Plan(args) => plan::plan(&args),
         Command::Run(args) => run::main(&args),
+        Command::Merge(args) => merge::main(&args),
         Command::Truth(args) => truth::main(&args),
         Command::Compare { image, reference, json } => compare(&image, &reference, json),
         Command::Explain(args) => explain::main(&args),
@@ -172,6 +176,11 @@ struct SceneArgs {
 fn compare(image: &Path, reference: &Path, json: bool) -> Result<(), Error> {
     let comparison = crate::compare::compare(image, reference)?;
     if json { print_json(&comparison) } else { Ok(terminal::print_line(comparison)?) }
+}
+
+/// The part of the work that `--shard` and `--shards` name.
+fn parse_shard(text: &str, parts: Option<u32>) -> Result<Shard, Error> {
+    Shard::parse(text, parts, &|name| std::env::var(name).ok()).map_err(Error::BadInput)
 }
 
 /// Whether an output file holds all channels (EXR) or one picture (PNG).

@@ -1,13 +1,17 @@
 //! Experiments: a grid of configurations is run on scenes, and each configuration is measured against the path-traced
 //! reference.
 
-mod cell_file;
+pub mod cell_id;
+pub mod cell_log;
 pub(crate) mod frames;
 pub mod grid;
+mod machine;
+pub mod manifest;
 pub mod reference;
-mod run;
+pub(crate) mod run;
 mod scene_runner;
 pub mod session;
+pub mod shard;
 pub mod temporal;
 
 pub use frames::check_textures;

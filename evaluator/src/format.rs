@@ -23,6 +23,14 @@ pub fn number(value: f64, digits: usize) -> String {
     if value < 0.0 { format!("−{text}") } else { text }
 }
 
+/// A count with a comma between thousands.
+pub fn count(value: u64) -> String {
+    let digits = value.to_string();
+    let grouped: Vec<&str> =
+        digits.as_bytes().rchunks(3).rev().map(|group| str::from_utf8(group).unwrap_or_default()).collect();
+    grouped.join(",")
+}
+
 /// Settings in one line, for files and messages.
 pub fn settings(settings: &Settings) -> String {
     settings.iter().map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>().join(" ")
@@ -54,6 +62,7 @@ mod tests {
         for (value, text) in cases {
             assert_eq!(number(value, 3), text);
         }
+        assert_eq!([0, 12, 999, 1000, 1_234_567].map(count), ["0", "12", "999", "1,000", "1,234,567"]);
         assert_eq!(percent(-0.4567), "−45.7 %");
         assert_eq!(percent(0.0123), "+1.2 %");
     }

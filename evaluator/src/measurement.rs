@@ -79,6 +79,12 @@ pub struct Measurement {
     pub backend: String,
     /// Whether the adapter is a processor that plays a GPU: its times compare by ratio only.
     pub software_adapter: bool,
+    /// Name of the computer.
+    #[serde(default)]
+    pub machine: String,
+    /// Model of its processor, which is what a software adapter runs on.
+    #[serde(default)]
+    pub processor: String,
     /// Commit of the build.
     pub commit: String,
     /// Preset or grid that the row belongs to; empty for none. Reports look here for a published table.

@@ -97,12 +97,12 @@ fn sentence(output: &Output) -> String {
 #[test]
 fn files_of_the_user_in_a_report_folder_are_kept() {
     let folder = Folder::new("kept");
-    folder.write("out/cells/notes.txt", "mine");
+    folder.write("out/notes.txt", "mine");
     folder.write("out/images/photo.png", "mine");
     folder.write("out/plots/sketch.svg", "mine");
     for _ in 0..2 {
         folder.succeed("run --grid grid.toml --out out");
-        for name in ["out/cells/notes.txt", "out/images/photo.png", "out/plots/sketch.svg"] {
+        for name in ["out/notes.txt", "out/images/photo.png", "out/plots/sketch.svg"] {
             assert_eq!(folder.read(name), "mine", "{name}");
         }
     }
@@ -110,7 +110,7 @@ fn files_of_the_user_in_a_report_folder_are_kept() {
 
 #[test]
 fn files_of_the_user_under_names_of_a_report_are_refused_before_anything_is_measured() {
-    for name in ["index.html", "results.csv", "results.json", "tables.md", "cells/0001.json"] {
+    for name in ["index.html", "results.csv", "results.json", "tables.md", "run.json", "cells.jsonl"] {
         let folder = Folder::new("refused");
         folder.write(&format!("out/{name}"), "mine");
         let said = folder.refused("run --grid grid.toml --out out");
@@ -129,10 +129,11 @@ fn files_of_the_user_under_names_of_a_report_are_refused_before_anything_is_meas
 fn a_shorter_grid_leaves_no_cell_of_a_longer_one() {
     let folder = Folder::new("shorter");
     folder.succeed("run --grid grid.toml --out out");
-    assert!(folder.0.join("out/cells/0001.json").exists());
+    let cells = || folder.read("out/cells.jsonl").lines().count();
+    assert_eq!(cells(), 2);
     folder.write("grid.toml", &GRID.replace("[4, 16]", "[4]"));
     folder.succeed("run --grid grid.toml --out out");
-    assert!(folder.0.join("out/cells/0000.json").exists() && !folder.0.join("out/cells/0001.json").exists());
+    assert_eq!(cells(), 1);
     assert_eq!(folder.errors("out").len(), 1);
 }
 

@@ -5,7 +5,6 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::Command,
-    time::SystemTime,
 };
 
 use halflight_evaluator::measurement::read_json;
@@ -56,12 +55,9 @@ impl Place {
         assert!(status.success(), "{status}");
     }
 
-    /// When each cell's file was last written.
-    fn cells(&self) -> Vec<SystemTime> {
-        let mut files: Vec<_> =
-            fs::read_dir(self.out().join("cells")).unwrap().map(|file| file.unwrap().path()).collect();
-        files.sort();
-        files.iter().map(|file| fs::metadata(file).unwrap().modified().unwrap()).collect()
+    /// The finished cells as they stand in their file, one a line.
+    fn cells(&self) -> Vec<String> {
+        fs::read_to_string(self.out().join("cells.jsonl")).unwrap().lines().map(str::to_owned).collect()
     }
 }
 
@@ -138,16 +134,43 @@ fn resume_repeats_only_what_is_missing() {
     place.run(&["--resume"]);
     assert!(tables(&place) == first, "the same tables");
     assert_eq!(place.cells(), written, "no cell was repeated");
-    // As a run that was killed in the second cell leaves it.
-    fs::remove_file(place.out().join("cells/0001.json")).unwrap();
+    // As a run that was killed in the second cell leaves it, with half of its line.
+    let half = &written[1][..written[1].len() / 2];
+    fs::write(place.out().join("cells.jsonl"), format!("{}\n{}\n{half}", written[0], written[2])).unwrap();
     place.run(&["--resume"]);
     let again = place.cells();
-    assert_eq!((again[0], again[2]), (written[0], written[2]));
-    assert!(again[1] > written[1]);
+    assert_eq!((again.len(), &again[0], &again[1]), (4, &written[0], &written[2]));
+    let cell = |line: &String| line.split_once(',').unwrap().0.to_owned();
+    assert_eq!(cell(&again[3]), cell(&written[1]), "measured again under the same name");
+    assert!(again[3] != written[1], "its times differ");
     let errors = |json: &[u8]| -> Vec<_> {
         let rows: Vec<halflight_evaluator::measurement::Measurement> = serde_json::from_slice(json).unwrap();
         rows.into_iter().map(|row| row.errors).collect()
     };
     let [_, json, ..] = tables(&place);
     assert_eq!(errors(&json), errors(&first[1]), "a repeated cell has the errors it had: seeds decide all");
+}
+
+#[test]
+fn a_grid_that_grows_measures_only_what_is_new() {
+    let place = Place::new("grows");
+    place.run(&["--shard", "0/2"]);
+    let first = place.cells();
+    fs::write(place.0.join("grid.toml"), GRID.replace("['eq3', 'eq4']", "['eq4', 'eq3'], levels = [4, 2]")).unwrap();
+    let grown = place.0.join("grid.toml");
+    place.run(&["--shard", "0/2", "--resume"]);
+    let second = place.cells();
+    assert_eq!(second[..first.len()], first, "finished cells stay, wherever the grid has them now");
+    place.run(&["--shard", "1/2", "--resume"]);
+    let third = place.cells();
+    assert_eq!(third[..second.len()], second);
+    let cells: std::collections::BTreeSet<&str> = third.iter().map(|line| line.split_once(',').unwrap().0).collect();
+    assert_eq!((third.len(), cells.len()), (5, 5), "each of the cells of {} once", grown.display());
+    // The same scene elsewhere is the same scene: nothing is measured, and commands name the new path.
+    let elsewhere = place.0.join("elsewhere.toml");
+    fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/cornell.toml"), &elsewhere).unwrap();
+    place.run(&["--resume", "--scene", elsewhere.to_str().unwrap()]);
+    assert_eq!(place.cells(), third);
+    let rows = read_json(&place.out().join("results.json")).unwrap();
+    assert!(rows.len() == 5 && rows.iter().all(|row| row.command.contains("elsewhere.toml")));
 }

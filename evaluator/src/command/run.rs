@@ -6,9 +6,10 @@ use clap::Args;
 
 use halflight_techniques::invocation::{Invocation, parse_size};
 
+use super::parse_shard;
 use crate::{
     Error,
-    experiment::{RunOptions, grid::Grid, run, session::open_adapter},
+    experiment::{RunOptions, grid::Grid, run, session::open_adapter, shard::Shard},
 };
 
 #[derive(Args)]
@@ -31,9 +32,13 @@ pub(super) struct RunArgs {
     /// Adapter: any, gpu, software, part of a name, or its number in `evaluator list adapters`.
     #[arg(long, default_value = "any")]
     adapter: String,
-    /// Run every Nth cell only, beginning with the Ith (from 0), to share a grid among machines.
-    #[arg(long, value_name = "I/N", default_value = "0/1", value_parser = parse_shard)]
-    shard: (usize, usize),
+    /// Measure part I of N only (I from 0), to share a grid among machines: `evaluator merge` joins the folders. `auto`
+    /// takes the part from the Slurm array or the Kubernetes Indexed Job that this runs in.
+    #[arg(long, value_name = "I/N|auto", default_value = "0/1")]
+    shard: String,
+    /// Number of parts for --shard auto, where the scheduler does not say it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    shards: Option<u32>,
     /// Direct light that techniques read: rendered (shadow maps) or truth (path-traced) [default: that of the grid file]
     #[arg(long, value_name = "SOURCE", value_parser = ["rendered", "truth"])]
     direct: Option<String>,
@@ -44,7 +49,7 @@ pub(super) struct RunArgs {
 
 impl RunArgs {
     /// The command that repeats the whole run: without `--resume`.
-    fn invocation(&self) -> Invocation {
+    fn invocation(&self, shard: Shard) -> Invocation {
         let mut invocation =
             Invocation::evaluator("run").option("grid", self.grid.display()).option("out", self.out.display());
         for scene in &self.scenes {
@@ -53,23 +58,16 @@ impl RunArgs {
         if let Some(size) = self.size {
             invocation = invocation.size(size);
         }
-        let (index, count) = self.shard;
         invocation
             .option_if("direct", self.direct.as_deref())
             .option_unless("adapter", self.adapter.as_str(), "any")
-            .option_unless("shard", format!("{index}/{count}"), "0/1".into())
+            .option_if("shard", (!shard.is_all()).then_some(shard))
             .flag("check", self.check)
     }
 }
 
-fn parse_shard(text: &str) -> Result<(usize, usize), String> {
-    let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-    numbers
-        .filter(|&(i, n): &(usize, usize)| i < n)
-        .ok_or_else(|| "write I/N with I from 0 to N - 1, for example 0/4".into())
-}
-
 pub(super) fn main(args: &RunArgs) -> Result<(), Error> {
+    let shard = parse_shard(&args.shard, args.shards)?;
     let mut grid = Grid::read(&args.grid)?;
     if let Some(direct) = &args.direct {
         grid.direct_from_truth = direct == "truth";
@@ -81,12 +79,7 @@ pub(super) fn main(args: &RunArgs) -> Result<(), Error> {
         grid.sizes = vec![size];
     }
     let native = open_adapter(&args.adapter)?;
-    let options = RunOptions {
-        out: &args.out,
-        resume: args.resume,
-        shard: args.shard,
-        command: args.invocation(),
-        check: args.check,
-    };
+    let options =
+        RunOptions { out: &args.out, resume: args.resume, shard, command: args.invocation(shard), check: args.check };
     run(&native, &grid, &options)
 }

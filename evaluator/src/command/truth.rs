@@ -3,20 +3,20 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use halflight_native::{
-    images::{Precision, auto_exposure, write_png},
-    scene_hash::scene_hash,
-};
-use halflight_renderer::truth::{Request, Stop};
+use halflight_native::{NativeGpu, scene_hash::scene_hash};
+use halflight_renderer::truth::{PART, Request, Stop, is_lit};
+use halflight_scenes::Scene;
 use halflight_techniques::invocation::{Invocation, parse_size};
 
-use super::{SceneArgs, is_exr, print_warnings};
+use super::{SceneArgs, is_exr, parse_shard, print_warnings};
 use crate::{
     Error,
     experiment::{
         COMMIT, reference,
         session::{open_adapter, open_scene_keeping},
+        shard::Shard,
     },
+    merge::reference::{About, ENDING, ReferencePart, write},
 };
 
 #[derive(Args)]
@@ -50,7 +50,14 @@ pub(super) struct TruthArgs {
     /// Seed of every random number.
     #[arg(long, default_value_t = 0)]
     seed: u32,
-    /// Where to write: .exr holds every channel, .png the tone-mapped image.
+    /// Trace part I of N of the samples only (I from 0), 64 or a multiple of them, to share a reference among machines.
+    /// `evaluator merge` adds the files exactly. `auto` is as for `evaluator run`.
+    #[arg(long, value_name = "I/N|auto", conflicts_with = "rel_error", requires = "samples_per_pixel")]
+    shard: Option<String>,
+    /// Number of parts for --shard auto, where the scheduler does not say it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    shards: Option<u32>,
+    /// Where to write: .exr holds every channel, .png the tone-mapped image, .truth the sums of a part.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Adapter: any, gpu, software, part of a name, or its number in `evaluator list adapters`.
@@ -60,7 +67,7 @@ pub(super) struct TruthArgs {
 
 impl TruthArgs {
     /// The command that traces the same image.
-    fn invocation(&self) -> Invocation {
+    fn invocation(&self, shard: Option<Shard>) -> Invocation {
         Invocation::evaluator("truth")
             .option("scene", self.scene.scene.display())
             .size(self.size)
@@ -73,12 +80,25 @@ impl TruthArgs {
             .flag("glossy", self.glossy)
             .option_if("ambient-occlusion", self.ambient_occlusion)
             .option_unless("adapter", self.adapter.as_str(), "any")
+            .option_if("shard", shard)
             .option("out", self.out.display())
     }
 }
 
 pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
-    let exr = is_exr(&args.out)?;
+    let shard = args.shard.as_deref().map(|text| parse_shard(text, args.shards)).transpose()?;
+    if args.shard.is_none() && args.shards.is_some() {
+        return Err(Error::BadInput("--shards goes with --shard auto only: add it, or leave --shards out".into()));
+    }
+    let is_part = args.out.extension().is_some_and(|ending| ending == ENDING);
+    match shard {
+        Some(_) if !is_part => {
+            let out = args.out.display();
+            return Err(Error::BadInput(format!("--out {out} is no .truth file, which holds a part: name it so")));
+        }
+        Some(_) => {}
+        None => drop(is_exr(&args.out)?),
+    }
     let scene = open_scene_keeping(&args.scene.scene, &args.out)?;
     print_warnings(&scene.warnings);
     let scene = scene.posed(args.frame);
@@ -92,17 +112,18 @@ pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
         seed: args.seed,
         ..Request::new(scene.camera, args.size)
     };
-    let most = if args.rel_error.is_some() { 1 << 16 } else { 64 };
-    let stop =
-        Stop { samples_per_pixel: args.samples_per_pixel.unwrap_or(most), rel_error: args.rel_error, error_block: 8 };
+    let most = args.samples_per_pixel.unwrap_or(if args.rel_error.is_some() { 1 << 16 } else { 64 });
+    if let Some(shard) = shard {
+        return trace_part(args, &native, &scene, &request, most, shard);
+    }
+    let stop = Stop { samples_per_pixel: most, rel_error: args.rel_error, error_block: 8 };
     let traced = reference::trace(&native, &scene, &request, stop)?;
     print_warnings(&traced.warnings);
     if traced.rel_error.is_none() {
         print_warnings(&[reference::unknown_error(&scene.name, traced.truth.samples)]);
     }
-    let mut image = reference::image(&traced.truth);
     let facts = [
-        ("command", args.invocation().to_string()),
+        ("command", args.invocation(None).to_string()),
         ("scene", scene.name.clone()),
         ("scene_hash", scene_hash(&scene).to_string()),
         ("samples_per_pixel", traced.truth.samples.to_string()),
@@ -113,12 +134,40 @@ pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
         ("commit", COMMIT.to_owned()),
         ("warnings", scene.warnings.join("; ")),
     ];
-    image.metadata.extend(facts.map(|(key, value)| (key.to_owned(), value)));
-    if exr {
-        image.write_exr(&args.out, Precision::Full)?;
-    } else {
-        let pixels = reference::final_radiance(&traced.truth);
-        write_png(&args.out, args.size[0], &pixels, auto_exposure(&pixels, image.surface_mask().as_deref()))?;
+    write(&traced.truth, facts, &args.out)
+}
+
+/// Traces the samples of a part and writes their sums.
+fn trace_part(
+    args: &TruthArgs,
+    native: &NativeGpu,
+    scene: &Scene,
+    request: &Request,
+    samples: u32,
+    shard: Shard,
+) -> Result<(), Error> {
+    let parts = shard.range(samples.div_ceil(PART));
+    let range = parts.start * PART..(parts.end * PART).min(samples);
+    if range.is_empty() {
+        return Err(Error::BadInput(format!(
+            "--shard {shard} of {samples} samples a pixel has none: parts are of {PART} samples, so use at most {} shards",
+            samples.div_ceil(PART)
+        )));
     }
-    Ok(())
+    let sampled = reference::trace_range(native, scene, request, range)?;
+    print_warnings(&sampled.warnings);
+    let info = &native.info;
+    let about = About {
+        command: args.invocation(Some(shard)).to_string(),
+        scene: scene.name.clone(),
+        scene_hash: scene_hash(scene).to_string(),
+        inputs: sampled.inputs.to_string(),
+        commit: COMMIT.to_owned(),
+        adapter: format!("{} {} {} {:?}", info.name, info.driver, info.driver_info, info.backend),
+        samples,
+        lit: is_lit(scene),
+        warnings: scene.warnings.clone(),
+        ..About::of(request)
+    };
+    ReferencePart { about, sums: sampled.sums }.write(&args.out)
 }

@@ -12,6 +12,8 @@ use crate::{Error, measurement::Timing};
 #[derive(Clone)]
 pub(super) struct OcclusionReference {
     pub(super) radius: f32,
+    /// Hash of what was traced, and the number of samples.
+    pub(super) inputs: String,
     pub(super) mean: Vec<f32>,
     pub(super) rel_error: Option<f64>,
 }
@@ -39,8 +41,9 @@ pub(super) fn occlusion_reference(
         TruthRequest { ambient_occlusion: Some(radius), seed: grid.seed, ..TruthRequest::new(scene.camera, size) };
     let stop = Stop { samples_per_pixel: grid.truth_samples, rel_error: Some(grid.truth_rel_error), error_block: 8 };
     let traced = reference::trace(native, scene, &request, stop)?;
+    let inputs = format!("{} {}", traced.inputs, traced.truth.samples);
     let mean = traced.truth.ambient_occlusion.map(|estimate| estimate.mean).unwrap_or_default();
-    let reference = OcclusionReference { radius, mean, rel_error: traced.rel_error };
+    let reference = OcclusionReference { radius, inputs, mean, rel_error: traced.rel_error };
     known.push(reference.clone());
     Ok(reference)
 }

@@ -1,24 +1,28 @@
-//! Grid files: scenes, sizes and sweeps of parameters, expanded to cells.
+//! Grid files: scenes, sizes and sweeps of parameters.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
 
 use halflight_renderer::{gi::Technique, parameters::Settings};
 use halflight_scenes::{
     SceneError,
     keys::{Source, Table},
 };
-use halflight_techniques::{
-    self,
-    invocation::parse_size,
-    preset::{check, declaration},
-};
+use halflight_techniques::invocation::parse_size;
 
 use crate::Error;
+
+mod sweep;
+mod text;
+
+pub use sweep::Sweep;
 
 /// A grid file, read and checked.
 #[derive(Clone, Debug)]
 pub struct Grid {
-    /// Name of the file without its ending.
+    /// Heading of its report: that of the file, or the file's name without its ending.
     pub name: String,
     /// Published table that the rows belong to; empty for none.
     pub preset: String,
@@ -40,13 +44,15 @@ pub struct Grid {
     pub bounces: u32,
     /// Whether to measure behaviour over time as well: hundreds of frames more for each cell.
     pub temporal: bool,
-    /// Configurations, in the order of the file.
-    pub cells: Vec<Cell>,
+    /// Combinations of settings, in the order of the file.
+    pub sweeps: Vec<Sweep>,
+    /// The only cells to measure, by their [`CellId`](super::cell_id::CellId); `None` for all.
+    pub only: Option<BTreeSet<String>>,
 }
 
-/// Most configurations of a grid. Each takes about a kilobyte before anything is measured, and a second or more to
-/// measure.
-const MOST_CELLS: u64 = 100_000;
+/// Most configurations of a grid, over all scenes and sizes. Each is looked at before anything is measured, and takes a
+/// second or more to measure.
+const MOST_CELLS: u64 = 2_000_000;
 
 /// One configuration.
 #[derive(Clone, Debug)]
@@ -57,7 +63,8 @@ pub struct Cell {
     pub settings: Settings,
 }
 
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 13] = [
+    "name",
     "preset",
     "scenes",
     "size",
@@ -68,6 +75,7 @@ const KEYS: [&str; 11] = [
     "truth_rel_error",
     "bounces",
     "temporal",
+    "only",
     "sweep",
 ];
 
@@ -96,9 +104,10 @@ impl Grid {
         if !["rendered", "truth"].contains(&direct) {
             return Err(file.error("direct", format_args!("is \"{direct}\"; choose \"rendered\" or \"truth\"")));
         }
-        let sweeps = file.tables("sweep", &["technique", "fixed", "grid"])?;
-        // Counted before they are made: a product grows fast.
-        let count = sweeps.iter().map(combinations).try_fold(0u64, |sum, count| Ok(sum.saturating_add(count?)))?;
+        let tables = file.tables("sweep", &["technique", "fixed", "grid"])?;
+        let sweeps = tables.iter().map(Sweep::read).collect::<Result<Vec<_>, _>>()?;
+        // Never expanded: a product grows fast.
+        let count = sweeps.iter().fold(0u64, |sum, sweep| sum.saturating_add(sweep.len()));
         let count = count.saturating_mul(scenes.len() as u64).saturating_mul(sizes.len() as u64);
         if count > MOST_CELLS {
             return Err(file.error(
@@ -109,17 +118,17 @@ impl Grid {
                 ),
             ));
         }
-        let mut cells = Vec::new();
-        for sweep in sweeps {
-            expand(&sweep, &mut cells)?;
-        }
-        if cells.is_empty() {
+        if sweeps.is_empty() {
             return Err(
                 file.error("sweep", "is missing; write for example `[[sweep]]` and `technique = \"hierarchical\"`")
             );
         }
+        let only = file.texts("only")?;
         Ok(Self {
-            name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            name: match file.text("name")? {
+                Some(name) => name.to_owned(),
+                None => path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            },
             preset: file.text("preset")?.unwrap_or_default().to_owned(),
             scenes: scenes.into_iter().map(|scene| find(path, scene)).collect(),
             sizes: sizes
@@ -133,61 +142,30 @@ impl Grid {
             truth_rel_error: file.number("truth_rel_error", 0.0001..=1.0)?.unwrap_or(0.01),
             bounces: file.integer("bounces", 1..=64)?.unwrap_or(1),
             temporal: file.boolean("temporal")?.unwrap_or(false),
-            cells,
+            sweeps,
+            only: only.map(|only| only.into_iter().map(str::to_owned).collect()),
         })
+    }
+
+    /// Configurations of one scene at one size, in the order of the file. Each is made when it is asked for.
+    pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
+        self.sweeps.iter().flat_map(|sweep| (0..sweep.len()).map(|index| sweep.cell(index)))
+    }
+
+    /// Number of configurations of one scene at one size.
+    pub fn len(&self) -> u64 {
+        self.sweeps.iter().map(Sweep::len).sum()
+    }
+
+    /// Whether it has no configuration. A grid file has at least one.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
     }
 }
 
 fn find(grid: &Path, scene: &str) -> PathBuf {
     let beside = grid.parent().unwrap_or(Path::new("")).join(scene);
     if !Path::new(scene).exists() && beside.exists() { beside } else { scene.into() }
-}
-
-/// Number of combinations of a sweep's grid.
-fn combinations(sweep: &Table) -> Result<u64, SceneError> {
-    let lengths =
-        sweep.entries("grid")?.into_iter().map(|(_, values)| values.get_ref().as_array().map_or(1, |list| list.len()));
-    Ok(lengths.fold(1, |product: u64, length| product.saturating_mul(length as u64)))
-}
-
-/// All combinations of a sweep's grid, on top of what it fixes.
-fn expand(sweep: &Table, cells: &mut Vec<Cell>) -> Result<(), SceneError> {
-    let name = sweep.required("technique", sweep.text("technique")?, "technique = \"hierarchical\"")?;
-    let technique =
-        halflight_techniques::technique(name).map_err(|e| sweep.error("technique", format_args!("is wrong: {e}")))?;
-    let declared = halflight_techniques::parameters_of(technique);
-    let source = sweep.source();
-    let mut combinations = vec![Settings::new()];
-    for (key, value) in sweep.entries("fixed")? {
-        let parameter = declaration(source, technique, &declared, key, value)?;
-        let value = check(source, parameter, value)?;
-        combinations.iter_mut().for_each(|settings| drop(settings.insert(parameter.key(), value.clone())));
-    }
-    for (key, values) in sweep.entries("grid")? {
-        let parameter = declaration(source, technique, &declared, key, values)?;
-        let list = values.get_ref().as_array().filter(|list| !list.is_empty()).ok_or_else(|| {
-            source.error(values.span(), format_args!("`grid.{key}` must be a list of values, for example [4, 5]"))
-        })?;
-        let values = list.iter().map(|value| check(source, parameter, value)).collect::<Result<Vec<_>, _>>()?;
-        combinations = combinations
-            .iter()
-            .flat_map(|settings| {
-                values.iter().map(|value| {
-                    let mut settings = settings.clone();
-                    settings.insert(parameter.key(), value.clone());
-                    settings
-                })
-            })
-            .collect();
-    }
-    for settings in combinations {
-        let complete = (technique.complete)(&settings).map_err(|e| sweep.error("technique", format_args!(": {e}")))?;
-        // Settings of direct light are not the technique's own but count for the frame.
-        let mut all = settings;
-        all.extend(complete);
-        cells.push(Cell { technique, settings: all });
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -205,11 +183,15 @@ mod tests {
              grid = { start_resolution = ['half', 'quarter'], samples = [16, 64, 256] }",
         )
         .expect("a good grid");
-        assert_eq!(grid.cells.len(), 6);
+        let cells: Vec<Cell> = grid.cells().collect();
+        assert_eq!((cells.len(), grid.len()), (6, 6));
         let keys = ["hierarchical.radius", "hierarchical.start_resolution", "hierarchical.samples"];
-        let of = |i: usize| keys.map(|key| grid.cells[i].settings[key].to_string()).join(" ");
+        let of = |i: usize| keys.map(|key| cells[i].settings[key].to_string()).join(" ");
         assert_eq!(of(0), "20 half 16");
+        assert_eq!(of(1), "20 half 64");
         assert_eq!(of(5), "20 quarter 256");
+        // As every value that has a default, these two are complete, in the notation of their declaration.
+        assert!(cells[0].settings.contains_key("hierarchical.levels"));
     }
 
     #[test]

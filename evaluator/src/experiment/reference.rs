@@ -1,12 +1,14 @@
 //! The path-traced reference: traced through the cache, with progress, and as images.
 
+use std::{ops::Range, time::Duration};
+
 use halflight_native::{
     NativeGpu,
     cache::Cache,
     images::{Image, Rgb},
-    truth::{Traced, TruthSource},
+    truth::{Sampled, Traced, TruthSource},
 };
-use halflight_renderer::truth::{Request, Stop, Truth};
+use halflight_renderer::truth::{Progress as TraceProgress, Request, Stop, Truth, TruthError};
 use halflight_scenes::Scene;
 
 use crate::{Error, progress::Progress};
@@ -17,27 +19,55 @@ use crate::{Error, progress::Progress};
 /// A request out of range, or a device that was lost.
 pub fn trace(native: &NativeGpu, scene: &Scene, request: &Request, stop: Stop) -> Result<Traced, Error> {
     let source = TruthSource::new(&native.gpu, scene, Some(Cache::standard()));
+    let traced = with_progress(scene, |progress| {
+        let traced = source.trace(request, stop, progress)?;
+        let reached = traced
+            .rel_error
+            .map_or("relative error unknown".into(), |error| format!("relative error {}", significant(error)));
+        let done = Done { samples: traced.truth.samples, traced: traced.traced, more: format!(", {reached}") };
+        Ok((traced, done))
+    })?;
+    Ok(traced)
+}
+
+/// Traces some samples of a request, to be merged with the others.
+///
+/// # Errors
+/// As [`trace`], and a range of samples that does not begin with a part.
+pub fn trace_range(native: &NativeGpu, scene: &Scene, request: &Request, range: Range<u32>) -> Result<Sampled, Error> {
+    let source = TruthSource::new(&native.gpu, scene, Some(Cache::standard()));
+    with_progress(scene, |progress| {
+        let sampled = source.trace_range(request, range, progress)?;
+        let done = Done { samples: sampled.sums.samples(), traced: sampled.traced, more: String::new() };
+        Ok((sampled, done))
+    })
+}
+
+/// What a trace ends with.
+struct Done {
+    samples: u32,
+    traced: (u64, Duration),
+    more: String,
+}
+
+/// Runs a trace with a line of progress.
+fn with_progress<T>(
+    scene: &Scene,
+    trace: impl FnOnce(&mut dyn FnMut(&TraceProgress)) -> Result<(T, Done), TruthError>,
+) -> Result<T, Error> {
     let progress = Progress::new(&format!("reference of {}", scene.name), 100);
-    let traced = source
-        .trace(request, stop, &mut |now| {
-            progress.set((now.fraction * 100.0) as u64, &format!("{} samples a pixel", now.samples))
-        })
-        .map_err(|e| Error::BadInput(e.to_string()))?;
-    let (rays, time) = traced.traced;
-    let reached = traced
-        .rel_error
-        .map_or("relative error unknown".into(), |error| format!("relative error {}", significant(error)));
-    progress.finish(&if rays > 0 {
+    let mut set = |now: &TraceProgress| {
+        progress.set((now.fraction * 100.0) as u64, &format!("{} samples a pixel", now.samples));
+    };
+    let (traced, Done { samples, traced: (rays, time), more }) =
+        trace(&mut set).map_err(|e| Error::BadInput(e.to_string()))?;
+    let from = if rays > 0 {
         let rate = rays as f64 / time.as_secs_f64().max(1e-9) / 1e6;
-        format!(
-            "reference of {}: {} samples a pixel in {:.0} s, {rate:.2} million rays a second, {reached}",
-            scene.name,
-            traced.truth.samples,
-            time.as_secs_f64(),
-        )
+        format!("in {:.0} s, {rate:.2} million rays a second", time.as_secs_f64())
     } else {
-        format!("reference of {}: {} samples a pixel from the cache, {reached}", scene.name, traced.truth.samples)
-    });
+        "from the cache".into()
+    };
+    progress.finish(&format!("reference of {}: {samples} samples a pixel {from}{more}", scene.name));
     Ok(traced)
 }
 

@@ -1,6 +1,10 @@
 //! Runs a grid: each cell is timed and measured against the reference, and each finished cell is kept at once.
 
-use std::{fs, path::Path};
+use std::{
+    fs,
+    path::Path,
+    time::{Duration, Instant},
+};
 
 use halflight_metrics::MetricId;
 use halflight_native::NativeGpu;
@@ -10,10 +14,14 @@ use halflight_scenes::Scene;
 use halflight_techniques::invocation::Invocation;
 
 use super::{
-    cell_file::CellFile,
+    COMMIT,
+    cell_id::CellId,
+    cell_log::{CELLS, CellLog, Record},
     grid::{Cell, Grid},
-    scene_runner::{RunnerOptions, SceneRunner, Subject},
+    manifest::{MANIFEST, Manifest, SceneContent},
+    scene_runner::{RunnerOptions, SceneRunner, Subject, shaders_hash},
     session::open_scene,
+    shard::Shard,
 };
 use crate::{Error, measurement::Measurement, progress::Progress, report::Report};
 
@@ -23,13 +31,17 @@ pub struct RunOptions<'a> {
     pub out: &'a Path,
     /// Keep the cells that an earlier run of the same grid finished.
     pub resume: bool,
-    /// Run only the cells whose number is `.0` modulo `.1`.
-    pub shard: (usize, usize),
+    /// Measure only the cells of this part.
+    pub shard: Shard,
     /// The command line, for the report.
     pub command: Invocation,
     /// Check every texture of each cell for NaN and infinity.
     pub check: bool,
 }
+
+/// A report is written again where this many times as long has passed as the last one took: then it takes a tenth of a
+/// run at most.
+const REPORT_PAUSE: u32 = 10;
 
 /// Runs a grid and writes its report folder.
 ///
@@ -42,111 +54,173 @@ pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), 
     for (_, scene) in &scenes {
         scene.warnings.iter().for_each(|warning| terminal::note(format_args!("warning: {warning}")));
     }
-    let total = scenes.len() * grid.sizes.len() * grid.cells.len();
-    let folder = prepare_folder(options, total)?;
-    let mut report = empty_report(grid, options, &scenes);
-    let progress = Progress::new(&grid.name, total as u64);
+    // Images are measured against the reference of the first frame.
+    let stills: Vec<Scene> = scenes.iter().map(|(_, scene)| scene.posed(0)).collect();
+    let folder = prepare_folder(options)?;
     let settings = RunnerOptions { check: options.check, adapter: options.command.value("adapter") };
-    let mut number = 0;
-    for (index, (path, scene)) in scenes.iter().enumerate() {
+    let mut runners = Vec::new();
+    for ((path, scene), still) in scenes.iter().zip(&stills) {
         for &size in &grid.sizes {
-            // Images are measured against the reference of the first frame.
-            let still = scene.posed(0);
-            let label = file_label(&scenes, index);
-            let subject = Subject { path, label, still: &still, moving: scene, size };
-            let mut runner = SceneRunner::new(native, grid, settings, &folder, subject);
-            report.references.extend(runner.reference_commands());
-            for cell in &grid.cells {
-                let file = CellFile::new(&folder, number);
-                number += 1;
-                let key = runner.key(cell);
-                let finished = file.finished(&key);
-                let is_fresh = finished.is_none();
-                if is_fresh && file.number() % options.shard.1 != options.shard.0 {
-                    continue;
-                }
-                let row = match finished {
-                    Some(row) => row,
-                    None => {
-                        let row = runner.measure(cell, file.number())?;
-                        file.keep(&key, &row)?;
-                        progress.set(number as u64, &describe(cell));
-                        row
-                    }
-                };
-                for warning in [noisy_reference(&row, grid.truth_rel_error), left_out(&row)].into_iter().flatten() {
-                    if !report.warnings.contains(&warning) {
-                        report.warnings.push(warning);
-                    }
-                }
-                report.measurements.push(row);
-                if is_fresh {
-                    // A run that ends here, for whatever reason, leaves a report of what it finished.
-                    report.write(&folder)?;
-                }
+            let subject = Subject { path, label: file_label(scene), still, moving: scene, size };
+            runners.push(SceneRunner::new(native, grid, settings, &folder, subject));
+        }
+    }
+    let manifest = manifest(grid, options, &scenes, &runners);
+    let (mut log, cut) =
+        if options.resume { CellLog::resume(&folder)? } else { (CellLog::empty(&folder)?, Default::default()) };
+    cut.sentence(&options.out.join(CELLS)).iter().for_each(|cut| terminal::note(format_args!("warning: {cut}")));
+    let mut report = empty_report(grid, &manifest.scenes, options.command.to_string(), manifest.warnings.clone());
+    let planned = plan(grid, options.shard, &runners, &manifest.contexts, &log)?;
+    manifest.write(&folder.claim(MANIFEST)?)?;
+    let progress = Progress::new(&grid.name, planned.len() as u64);
+    let (mut written, mut pause) = (Instant::now(), Duration::ZERO);
+    for (number, Planned { runner: index, cell, id, finished }) in planned.into_iter().enumerate() {
+        let runner = &mut runners[index];
+        let record = match finished {
+            Some(mut record) => {
+                record.row.command = runner.command_again(&cell, &record.row.command);
+                add(&mut report, record, grid.truth_rel_error);
+                continue;
             }
+            None => runner.measure(&cell, &id).and_then(|(row, references)| {
+                let context = manifest.contexts[index].clone();
+                let record = Record { cell: id.to_string(), context, references, row };
+                log.keep(&record)?;
+                Ok(record)
+            }),
+        };
+        // A run that ends here, for whatever reason, leaves a report of what it finished.
+        let record = record.inspect_err(|_| drop(report.write(&folder)))?;
+        add(&mut report, record, grid.truth_rel_error);
+        progress.set(number as u64 + 1, &describe(&cell));
+        if written.elapsed() >= pause {
+            let start = Instant::now();
+            report.write(&folder)?;
+            (written, pause) = (Instant::now(), start.elapsed() * REPORT_PAUSE);
         }
     }
     report.write(&folder)?;
     progress.finish(&format!(
-        "{}: {} of {total} cells in {}",
+        "{}: {} of {} cells in {}",
         grid.name,
         report.measurements.len(),
+        grid.len() * runners.len() as u64,
         options.out.join("index.html").display()
     ));
     Ok(())
 }
 
+/// A cell of this run.
+struct Planned {
+    /// Index of the scene at a size.
+    runner: usize,
+    cell: Cell,
+    id: CellId,
+    /// What an earlier run left.
+    finished: Option<Record>,
+}
+
+/// The cells of a shard and those that are finished, in the order of the grid. Other cells are named and forgotten.
+fn plan(
+    grid: &Grid,
+    shard: Shard,
+    runners: &[SceneRunner],
+    contexts: &[String],
+    log: &CellLog,
+) -> Result<Vec<Planned>, Error> {
+    let mut planned = Vec::new();
+    let mut unknown = grid.only.clone().unwrap_or_default();
+    for (index, (runner, context)) in runners.iter().zip(contexts).enumerate() {
+        for cell in grid.cells() {
+            let id = runner.id(&cell);
+            unknown.remove(id.as_str());
+            let finished = log.finished(&id, context, |row| runner.is_of_adapter(row)).cloned();
+            let is_wanted = grid.only.as_ref().is_none_or(|only| only.contains(id.as_str())) && shard.holds(&id);
+            if finished.is_some() || is_wanted {
+                planned.push(Planned { runner: index, cell, id, finished });
+            }
+        }
+    }
+    match unknown.first() {
+        None => Ok(planned),
+        Some(id) => Err(Error::BadInput(format!(
+            "`only` of the grid {} names {id}, and {} more, which the grid does not have: a scene, a size or a setting has \
+             changed since; merge the folders again to write a new grid of the missing cells",
+            grid.name,
+            unknown.len() - 1
+        ))),
+    }
+}
+
+fn manifest(grid: &Grid, options: &RunOptions, scenes: &[(&Path, Scene)], runners: &[SceneRunner]) -> Manifest {
+    let content = |(index, (_, scene)): (usize, &(&Path, Scene))| SceneContent {
+        name: scene.name.clone(),
+        hash: runners[index * grid.sizes.len()].scene_hash().to_owned(),
+    };
+    Manifest {
+        commit: COMMIT.into(),
+        shaders: shaders_hash().to_string(),
+        grid: grid.to_toml(),
+        scenes: scenes.iter().enumerate().map(content).collect(),
+        contexts: runners.iter().map(SceneRunner::context).collect(),
+        command: options.command.to_string(),
+        warnings: scenes.iter().flat_map(|(_, scene)| scene.warnings.clone()).collect(),
+    }
+}
+
+/// Adds a row to a report, with its references and with what is to be told about it.
+pub(crate) fn add(report: &mut Report, record: Record, truth_rel_error: f32) {
+    let add = |list: &mut Vec<String>, text: String| {
+        if !list.contains(&text) {
+            list.push(text);
+        }
+    };
+    record.references.into_iter().for_each(|command| add(&mut report.references, command));
+    let told = [noisy_reference(&record.row, truth_rel_error), left_out(&record.row)];
+    told.into_iter().flatten().for_each(|warning| add(&mut report.warnings, warning));
+    report.measurements.push(record.row);
+}
+
 /// The report folder. Its files are claimed before anything is measured, so that a folder that holds files of the user is
 /// refused at once.
-fn prepare_folder(options: &RunOptions, cells: usize) -> Result<OutputFolder, Error> {
+fn prepare_folder(options: &RunOptions) -> Result<OutputFolder, Error> {
     let folder = OutputFolder::open(options.out);
-    for name in Report::FILES {
+    for name in Report::FILES.into_iter().chain([MANIFEST, CELLS]) {
         folder.claim(name)?;
-    }
-    for number in 0..cells {
-        CellFile::new(&folder, number).claim()?;
     }
     for name in ["images", "plots"] {
         let path = options.out.join(name);
         fs::create_dir_all(&path).map_err(|e| Error::unwritable(&path, e))?;
     }
     if !options.resume {
-        CellFile::remove_all(&folder)?;
+        folder.remove(|name| name == CELLS)?;
     }
     Ok(folder)
 }
 
-fn empty_report(grid: &Grid, options: &RunOptions, scenes: &[(&Path, Scene)]) -> Report {
+/// A report of a grid without rows.
+pub(crate) fn empty_report(grid: &Grid, scenes: &[SceneContent], command: String, warnings: Vec<String>) -> Report {
     Report {
         title: format!("Halflight: {}", grid.name),
         summary: format!(
             "{} configurations on {} at {}, {} frames each, against a path-traced reference of {}.",
-            grid.cells.len(),
-            scenes.iter().map(|(_, scene)| scene.name.clone()).collect::<Vec<_>>().join(", "),
+            grid.len(),
+            scenes.iter().map(|scene| scene.name.clone()).collect::<Vec<_>>().join(", "),
             grid.sizes.iter().map(|[w, h]| format!("{w}x{h}")).collect::<Vec<_>>().join(", "),
             grid.frames,
             if grid.bounces > 1 { format!("{} bounces", grid.bounces) } else { "one bounce".into() }
         ),
-        command: options.command.to_string(),
+        command,
         references: Vec::new(),
-        warnings: scenes.iter().flat_map(|(_, scene)| scene.warnings.clone()).collect(),
+        warnings,
         measurements: Vec::new(),
     }
 }
 
-/// The name of a scene in the names of its pictures: without characters that a file name cannot have, and with a number
-/// where another scene of the grid has the same name.
-fn file_label(scenes: &[(&Path, Scene)], index: usize) -> String {
-    let label = |scene: &Scene| -> String {
-        let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' };
-        scene.name.chars().map(plain).collect()
-    };
-    let own = label(&scenes[index].1);
-    match scenes[..index].iter().filter(|(_, scene)| label(scene) == own).count() {
-        0 => own,
-        same => format!("{own}-{}", same + 1),
-    }
+/// The name of a scene in the names of its pictures, without characters that a file name cannot have.
+fn file_label(scene: &Scene) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' };
+    scene.name.chars().map(plain).collect()
 }
 
 /// A warning where the reference stopped at its number of samples, before it was as precise as asked.
@@ -194,10 +268,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pictures_of_two_scenes_never_share_a_name_and_stay_in_their_folder() {
-        let scene = |name: &str| (Path::new("s.toml"), Scene { name: name.into(), ..Scene::default() });
-        let scenes = ["room", "room", "../up", "a b", "room"].map(scene);
-        let labels: Vec<String> = (0..scenes.len()).map(|index| file_label(&scenes, index)).collect();
-        assert_eq!(labels, ["room", "room-2", ".._up", "a_b", "room-3"]);
+    fn pictures_stay_in_their_folder() {
+        let label = |name: &str| file_label(&Scene { name: name.into(), ..Scene::default() });
+        assert_eq!(["room", "../up", "a b"].map(label), ["room", ".._up", "a_b"]);
     }
 }

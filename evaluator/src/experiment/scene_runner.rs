@@ -27,9 +27,10 @@ use serde_json::{Map, Value};
 
 use super::{
     COMMIT,
+    cell_id::CellId,
     frames::{Noise, OcclusionReference, Shown, Times, check_textures, modulate, occlusion_reference, time_frames},
     grid::{Cell, Grid},
-    reference,
+    machine, reference,
     session::{Frames, Request, Session},
     temporal,
 };
@@ -72,6 +73,9 @@ pub(super) struct SceneRunner<'a> {
     scene_hash: Key,
     /// Facts about the subject, for plans before anything is uploaded.
     facts: OnceCell<SceneFacts>,
+    /// See [`SceneRunner::wants_light`] and [`SceneRunner::wants_gloss`].
+    light: OnceCell<bool>,
+    gloss: OnceCell<bool>,
     prepared: Option<Prepared<'a>>,
 }
 
@@ -107,13 +111,24 @@ impl<'a> SceneRunner<'a> {
         subject: Subject<'a>,
     ) -> Self {
         let scene_hash = scene_hash(subject.moving);
-        Self { native, grid, options, folder, subject, scene_hash, facts: OnceCell::new(), prepared: None }
+        let (facts, light, gloss) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        Self { native, grid, options, folder, subject, scene_hash, facts, light, gloss, prepared: None }
     }
 
-    /// Everything that a cell's result depends on: a finished cell counts only where its key is the same. The scene is in
-    /// it by content, because its files may change under the same path.
-    pub(super) fn key(&self, cell: &Cell) -> String {
-        // Destructured, so that a new field of the grid cannot be left out. The others are in the key by their content.
+    /// The name of a cell of this subject.
+    pub(super) fn id(&self, cell: &Cell) -> CellId {
+        CellId::new(self.scene_hash.as_str(), self.subject.size, cell)
+    }
+
+    /// Hash of the content of the scene.
+    pub(super) fn scene_hash(&self) -> &str {
+        self.scene_hash.as_str()
+    }
+
+    /// Hash of everything that a row depends on beside its cell and its adapter. The scene is in it by content, because
+    /// its files may change under the same path.
+    pub(super) fn context(&self) -> String {
+        // Destructured, so that a new field of the grid cannot be left out. The others are in the names of cells.
         let Grid {
             frames,
             seed,
@@ -126,41 +141,39 @@ impl<'a> SceneRunner<'a> {
             name: _,
             scenes: _,
             sizes: _,
-            cells: _,
+            sweeps: _,
+            only: _,
         } = self.grid;
-        let [w, h] = self.subject.size;
-        let info = &self.native.info;
-        format!(
-            "{} scene={} {w}x{h} {} {} frames={frames} seed={seed} direct={direct_from_truth} \
-             truth={truth_samples},{truth_rel_error} bounces={bounces} light={} glossy={} temporal={temporal} \
-             preset={preset} adapter={} driver={} {} backend={:?} shaders={} commit={COMMIT}",
-            self.subject.path.display(),
-            self.scene_hash,
-            cell.technique.name,
-            format::settings(&cell.settings),
+        let mut inputs = KeyInputs::default();
+        inputs.add_text(self.scene_hash.as_str()).add(&self.subject.size);
+        inputs.add_text(&format!(
+            "frames={frames} seed={seed} direct={direct_from_truth} truth={truth_samples},{truth_rel_error} \
+             bounces={bounces} light={} glossy={} temporal={temporal} preset={preset} shaders={} commit={COMMIT}",
             self.wants_light(),
             self.wants_gloss(),
-            info.name,
-            info.driver,
-            info.driver_info,
-            info.backend,
             shaders_hash()
-        )
+        ));
+        inputs.key().to_string()
     }
 
-    /// Commands that trace what the cells are measured against: light, and ambient visibility of each radius.
-    pub(super) fn reference_commands(&self) -> Vec<String> {
-        let mut commands = Vec::new();
-        if self.wants_light() {
-            commands.push(self.reference_command(None).to_string());
-        }
-        for radius in self.grid.cells.iter().filter_map(|cell| occlusion_radius(&self.planned(cell)?)) {
-            let command = self.reference_command(Some(radius)).to_string();
-            if !commands.contains(&command) {
-                commands.push(command);
-            }
-        }
-        commands
+    /// Whether a row was measured on this adapter with this driver.
+    pub(super) fn is_of_adapter(&self, row: &Measurement) -> bool {
+        row.adapter == self.native.info.name && row.driver == self.driver() && row.backend == self.backend()
+    }
+
+    fn driver(&self) -> String {
+        let info = &self.native.info;
+        format!("{} {}", info.driver, info.driver_info).trim().to_owned()
+    }
+
+    fn backend(&self) -> String {
+        format!("{:?}", self.native.info.backend)
+    }
+
+    /// The command of a finished row, for the path that the scene has now.
+    pub(super) fn command_again(&self, cell: &Cell, command: &str) -> String {
+        let frame = command.parse().ok().and_then(|known: Invocation| known.value("frame")?.parse().ok());
+        self.row_command(cell, frame.unwrap_or(0)).to_string()
     }
 
     fn reference_command(&self, occlusion_radius: Option<f32>) -> Invocation {
@@ -200,21 +213,17 @@ impl<'a> SceneRunner<'a> {
 
     /// Whether anything is measured against the reference's light: not where all cells find ambient visibility alone.
     fn wants_light(&self) -> bool {
-        let only_occlusion = |cell: &Cell| {
-            self.planned(cell)
+        let only_occlusion = |cell: Cell| {
+            self.planned(&cell)
                 .is_some_and(|plan| occlusion_radius(&plan).is_some() && !plan.outputs.contains_key("indirect"))
         };
-        self.grid.direct_from_truth || !self.grid.cells.iter().all(only_occlusion)
+        *self.light.get_or_init(|| self.grid.direct_from_truth || !self.grid.cells().all(only_occlusion))
     }
 
     /// Whether the reference has glossy light: where any cell does, so that all cells are measured against one image.
     fn wants_gloss(&self) -> bool {
-        SceneNeeds::of(self.subject.still).glossy
-            && self
-                .grid
-                .cells
-                .iter()
-                .any(|cell| (cell.technique.needs)(&cell.settings).is_ok_and(|needs| needs.glossy_material))
+        let is_glossy = |cell: Cell| (cell.technique.needs)(&cell.settings).is_ok_and(|needs| needs.glossy_material);
+        *self.gloss.get_or_init(|| SceneNeeds::of(self.subject.still).glossy && self.grid.cells().any(is_glossy))
     }
 
     fn prepare(&mut self) -> Result<(), Error> {
@@ -254,7 +263,8 @@ impl<'a> SceneRunner<'a> {
         ];
         let header = BTreeMap::from(header.map(|(key, value)| (key.to_owned(), value)));
         let pictures = Pictures { folder: self.folder, width: size[0], mask: Some(&mask) };
-        let name = |kind: &str| format!("{}_{}x{}_truth{kind}", self.subject.label, size[0], size[1]);
+        let name = self.picture_name("truth_", &format!("{} {}", traced.inputs, reference.samples));
+        let name = |kind: &str| format!("{name}{kind}");
         let mut file = Image { metadata: header.clone(), ..reference::image(&reference) };
         file.metadata.insert("command".into(), self.reference_command(None).to_string());
         // The rest follows from these, or needs more range than float16 has.
@@ -282,8 +292,19 @@ impl<'a> SceneRunner<'a> {
         Ok(())
     }
 
-    /// Times a cell, measures its image and writes its pictures.
-    pub(super) fn measure(&mut self, cell: &Cell, number: usize) -> Result<Measurement, Error> {
+    /// Name of pictures, which ends with a hash of what they depend on and of the adapter: pictures of one name are the
+    /// same in all folders, so that folders can be merged.
+    fn picture_name(&self, kind: &str, depends_on: &str) -> String {
+        let Subject { label, size: [width, height], .. } = &self.subject;
+        let mut inputs = KeyInputs::default();
+        inputs.add_text(depends_on).add_text(&self.native.info.name).add_text(&self.driver()).add_text(&self.backend());
+        let hash: String = inputs.key().as_str().chars().take(16).collect();
+        format!("{label}_{width}x{height}_{kind}{hash}")
+    }
+
+    /// Times a cell, measures its image and writes its pictures. Returns its row and the commands that trace what it is
+    /// measured against.
+    pub(super) fn measure(&mut self, cell: &Cell, id: &CellId) -> Result<(Measurement, Vec<String>), Error> {
         self.prepare()?;
         let (grid, native) = (self.grid, self.native);
         let Subject { still, moving, size, .. } = self.subject;
@@ -299,7 +320,7 @@ impl<'a> SceneRunner<'a> {
             ("command".to_owned(), command.clone()),
         ]);
         let file = Image { metadata: header, ..Image::new(size[0], size[1]) };
-        let name = format!("{}_{}x{}_{number:04}", self.subject.label, size[0], size[1]);
+        let name = self.picture_name("", id.as_str());
         let occlusion = match (&rendered.shown.open, rendered.occlusion_radius) {
             (Some(_), Some(radius)) => {
                 Some(occlusion_reference(native, still, grid, size, radius, &mut prepared.occlusion)?)
@@ -310,11 +331,16 @@ impl<'a> SceneRunner<'a> {
         // A technique that only finds ambient visibility shows it where others show light.
         let (mut errors, images) = match (&rendered.shown.open, &occlusion, rendered.shown.lit) {
             (Some(open), Some(occlusion), false) => {
-                let label = format!("{}_{}x{}_truth_ao_{:e}", self.subject.label, size[0], size[1], occlusion.radius);
+                let label = self.picture_name("truth_ao_", &occlusion.inputs);
                 occlusion_alone(open, occlusion, &prepared.mask, &pictures, [&name, &label], file)?
             }
             _ => light(&rendered.shown, occlusion.as_ref(), &prepared, &pictures, &name, file)?,
         };
+        let against_light = (rendered.shown.lit || occlusion.is_none()) && self.wants_light();
+        let references = against_light.then(|| self.reference_command(None));
+        let references =
+            references.into_iter().chain(occlusion.map(|known| self.reference_command(Some(known.radius))));
+        let references = references.map(|command| command.to_string()).collect();
         errors.set(MetricId::NoiseStd, rendered.noise);
         let mut row = Measurement {
             scene: still.name.clone(),
@@ -339,9 +365,11 @@ impl<'a> SceneRunner<'a> {
             scene_bytes: prepared.session.scene_bytes(),
             errors,
             adapter: native.info.name.clone(),
-            driver: format!("{} {}", native.info.driver, native.info.driver_info).trim().to_owned(),
-            backend: format!("{:?}", native.info.backend),
+            driver: self.driver(),
+            backend: self.backend(),
             software_adapter: native.is_software(),
+            machine: machine::name(),
+            processor: machine::processor(),
             commit: COMMIT.into(),
             preset: grid.preset.clone(),
             seed: grid.seed.into(),
@@ -357,7 +385,7 @@ impl<'a> SceneRunner<'a> {
             row.temporal = temporal::measure(native, moving, cell.technique, &cell.settings, size, grid.seed)?;
         }
         self.prepared = Some(prepared);
-        Ok(row)
+        Ok((row, references))
     }
 }
 
@@ -496,7 +524,7 @@ fn occlusion_radius(plan: &FramePlan) -> Option<f32> {
 }
 
 /// Hash of all shaders. The commit does not tell shaders apart that were edited since.
-fn shaders_hash() -> Key {
+pub(super) fn shaders_hash() -> Key {
     let mut inputs = KeyInputs::default();
     for shader in SHADERS {
         inputs.add_text(shader.name).add_text(shader.source);

@@ -88,6 +88,8 @@ fn columns_come_in_the_documented_order() {
         "driver",
         "backend",
         "software_adapter",
+        "machine",
+        "processor",
         "commit",
         "preset",
         "seed",

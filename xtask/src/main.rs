@@ -11,6 +11,7 @@ use std::{
 
 use halflight_output::{PrintError, terminal};
 
+mod cluster;
 mod evaluate;
 mod setup;
 mod snapshots;
@@ -30,10 +31,12 @@ Commands:
   stability [ARGUMENTS]         Run the numerical stress tests; `cargo xtask stability --help` lists ARGUMENTS.
   snapshots [--accept]          Compare small images of every technique with those in tests/snapshots;
                                 --accept makes the new images the expected ones.
-  test [--quick]                Check formatting, lints (native and wasm32) and documentation, then run every test,
+  test [--quick|--cluster]      Check formatting, lints (native and wasm32) and documentation, then run every test,
                                 those of the JavaScript package too if Node.js is there.
                                 --quick checks formatting and runs the tests that find most per second: under five
                                 minutes after the build on two cores.
+                                --cluster only runs deploy/slurm on a Slurm of its own on this computer (Debian or
+                                Ubuntu, as root), and compares the report with that of a single run.
   web [--dist DIR] [--port PORT]
                                 Build the browser demo and serve it on 127.0.0.1, or write it to a folder.
 
@@ -96,8 +99,9 @@ fn dispatch(arguments: &[String]) -> Result<ExitCode, Stop> {
         }
         ("test", []) => test::run_all(),
         ("test", [quick]) if quick == "--quick" => test::run_quick(),
+        ("test", [cluster]) if cluster == "--cluster" => cluster::test(),
         ("test", [extra, ..]) => Err(Stop::bad_input(format!(
-            "cargo xtask test takes --quick or nothing, not {extra}: to run some tests only, use cargo test"
+            "cargo xtask test takes --quick, --cluster or nothing, not {extra}: to run some tests only, use cargo test"
         ))),
         ("stability", rest) => stability::run(rest),
         ("web", rest) => web::run(rest),

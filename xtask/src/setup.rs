@@ -44,6 +44,13 @@ const NODE_NEEDS: [Need; 1] = [Need {
     packages: &["nodejs", "npm"],
 }];
 
+/// Needed by the test on a cluster of its own.
+const CLUSTER_NEEDS: [Need; 1] = [Need {
+    what: "Slurm with munge (the test runs it on this computer)",
+    found: slurm,
+    packages: &["munge", "slurmctld", "slurmd", "slurm-client"],
+}];
+
 /// Names under which the browser tests look for Chromium: those of `web/tests/browser/chromium.rs`.
 const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
 
@@ -55,6 +62,16 @@ pub fn system() -> Result<(), Stop> {
 /// Installs what the tests need in addition.
 pub fn for_tests() -> Result<(), Stop> {
     provide(&TEST_NEEDS)
+}
+
+/// Installs Slurm, for a test that starts and stops it as root.
+pub fn for_cluster() -> Result<(), Stop> {
+    if !is_root() {
+        return Err(Stop::bad_input(
+            "the test starts Slurm's daemons, which run as root: run it as root, in a container",
+        ));
+    }
+    provide(&CLUSTER_NEEDS)
 }
 
 /// Installs Node.js where packages can be installed. Returns whether it is there.
@@ -137,6 +154,12 @@ fn node() -> bool {
         program.arg("--version");
         succeeds(program)
     })
+}
+
+fn slurm() -> bool {
+    let path = env::var_os("PATH").unwrap_or_default();
+    let is_there = |name: &&str| env::split_paths(&path).any(|folder| folder.join(name).is_file());
+    ["munged", "slurmctld", "slurmd", "sbatch"].iter().all(is_there)
 }
 
 fn cpp_compiler() -> bool {

@@ -10,6 +10,7 @@ use halflight_native::files::write_whole;
 use halflight_output::OutputFolder;
 
 use crate::Error;
+use crate::format::count;
 use crate::measurement::{self, Measurement};
 
 pub mod document;
@@ -99,10 +100,20 @@ impl Report {
             let kind = if row.software_adapter { " (software)" } else { "" };
             if row.adapter.is_empty() { String::new() } else { format!("{}{kind}", row.adapter) }
         };
+        let machine = |row: &Measurement| match row.processor.as_str() {
+            "" => row.machine.clone(),
+            processor => format!("{} ({processor})", row.machine),
+        };
+        // A cluster has many.
+        let few = |names: String| match names.split("), ").count() {
+            many if many > 4 => format!("{many} computers: column machine of results.csv"),
+            _ => names,
+        };
         let facts = vec![
             ("Adapter", distinct(&adapter)),
             ("Driver", distinct(&|row| row.driver.clone())),
             ("Backend", distinct(&|row| row.backend.clone())),
+            ("Computer", few(distinct(&machine))),
             ("Commit", distinct(&|row| row.commit.clone())),
             ("Seed", distinct(&|row| row.seed.to_string())),
             ("Configurations", self.measurements.len().to_string()),
@@ -125,8 +136,8 @@ impl Report {
     /// The run's warnings and those that the numbers themselves give.
     fn all_warnings(&self) -> Vec<String> {
         let rows = |test: &dyn Fn(&Measurement) -> bool| {
-            let numbers = self.measurements.iter().enumerate().filter(|(_, row)| test(row)).map(|(index, _)| index + 1);
-            numbers.map(|number| format!("#{number}")).collect::<Vec<_>>().join(", ")
+            let all = self.measurements.iter().enumerate().filter(|(_, row)| test(row)).map(|(index, _)| index + 1);
+            all.collect::<Vec<_>>()
         };
         let is_nan =
             |row: &Measurement| METRICS.iter().any(|metric| row.errors.get(metric.id).is_some_and(f64::is_nan));
@@ -147,18 +158,29 @@ impl Report {
                 "the reference's own standard error is over 5 %: small differences between rows mean nothing",
             ),
         ];
-        let count = self.measurements.len();
         let found = found.into_iter().filter(|(rows, _)| !rows.is_empty()).map(|(rows, sentence)| {
-            let all = rows.matches('#').count() == count;
-            format!("{}: {sentence}.", if all { "All rows".into() } else { rows })
+            let named = |rows: &[usize]| rows.iter().map(|row| format!("#{row}")).collect::<Vec<_>>().join(", ");
+            let rows = match rows.len() {
+                all if all == self.measurements.len() => "All rows".into(),
+                many if many > MOST_NAMED => {
+                    format!("{} and {} more", named(&rows[..MOST_NAMED]), count((many - MOST_NAMED) as u64))
+                }
+                _ => named(&rows),
+            };
+            format!("{rows}: {sentence}.")
         });
         self.warnings.iter().cloned().chain(found).collect()
     }
 }
 
+/// Most rows that a warning names.
+const MOST_NAMED: usize = 24;
+
 /// A group with its tables and plots.
 struct Part<'a> {
     group: &'a Group<'a>,
+    /// Rows that are shown with picture, passes and command.
+    shown: Vec<(usize, &'a Measurement)>,
     trades: Vec<trade::Trade>,
     remark: Option<String>,
     slice: Option<slice::Slice>,
@@ -173,24 +195,40 @@ struct Part<'a> {
 
 impl<'a> Part<'a> {
     fn new(index: usize, group: &'a Group<'a>, all: &[Group], folder: &Path) -> Result<Self, Error> {
+        let positions = plots::shown_in_full(group);
+        let shown = group.subset(&positions);
         let mut part = Self {
             group,
-            trades: trade::trades(group),
+            trades: trade::trades(group, &positions.iter().copied().collect()),
             remark: trade::remark_on_rel_mse(group),
             slice: slice::slice(group, folder)?,
             results: tables::results(group),
             temporal: tables::temporal(group),
-            passes: tables::passes(group),
+            passes: tables::passes(&shown),
             published: tables::published(group, all),
-            commands: tables::commands(group),
+            commands: tables::commands(&shown),
             error_over_samples: plots::error_over_samples(group),
-            cost_per_pass: plots::cost_per_pass(group),
+            cost_per_pass: plots::cost_per_pass(&shown),
+            shown: shown.rows,
         };
+        if part.is_partial() {
+            let of = format!(
+                " Of {} rows, the {} on a frontier; results.csv has all.",
+                count(group.rows.len() as u64),
+                part.shown.len()
+            );
+            part.passes.iter_mut().chain(&mut part.commands).for_each(|table| table.caption += &of);
+        }
         // Names are the same in every report; a second scene gets a number.
         if index > 0 {
             part.plots_mut().for_each(|plot| plot.file = format!("{}-{}", plot.file, index + 1));
         }
         Ok(part)
+    }
+
+    /// Whether there are more rows than are shown in full.
+    fn is_partial(&self) -> bool {
+        self.shown.len() < self.group.rows.len()
     }
 
     fn plots(&self) -> impl Iterator<Item = &plots::Named> {

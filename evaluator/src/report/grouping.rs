@@ -4,7 +4,11 @@ use serde_json::Value;
 
 use crate::measurement::{Measurement, plain};
 
-/// The rows of one scene, camera, size and adapter: times and errors compare only within a group.
+/// Rows up to which each is shown with its picture, passes and command; of more, those of the frontiers are.
+pub const MANY: usize = 500;
+
+/// The rows of one scene, camera, size and adapter: times and errors compare only within a group. A software adapter is
+/// as fast as its processor, so there the processor counts as well.
 #[derive(Debug)]
 pub struct Group<'a> {
     /// Index of each row in the whole results, and the row.
@@ -24,9 +28,10 @@ pub fn is_baseline(row: &Measurement) -> bool {
 
 /// Groups in order of first appearance.
 pub fn groups(rows: &[Measurement]) -> Vec<Group<'_>> {
-    let key = |row: &Measurement| {
-        (row.scene.clone(), row.camera.clone(), row.width, row.height, row.adapter.clone(), row.backend.clone())
-    };
+    fn key(row: &Measurement) -> ([&str; 5], [u32; 2]) {
+        let processor = if row.software_adapter { row.processor.as_str() } else { "" };
+        ([&row.scene, &row.camera, &row.adapter, &row.backend, processor], [row.width, row.height])
+    }
     let mut sets: Vec<(_, Vec<(usize, &Measurement)>)> = Vec::new();
     for (index, row) in rows.iter().enumerate() {
         let key = key(row);
@@ -56,6 +61,16 @@ impl<'a> Group<'a> {
         let first = techniques.next();
         let mixed_techniques = techniques.any(|technique| Some(technique) != first);
         Self { rows, varying, fixed, mixed_techniques }
+    }
+
+    /// Some of its rows, by position, with what tells all of its rows apart.
+    pub fn subset(&self, positions: &[usize]) -> Self {
+        Self {
+            rows: positions.iter().map(|&position| self.rows[position]).collect(),
+            varying: self.varying.clone(),
+            fixed: self.fixed.clone(),
+            mixed_techniques: self.mixed_techniques,
+        }
     }
 
     /// Any row, the baseline only where there is nothing else: what the rows share is the same in each.
@@ -148,10 +163,22 @@ mod tests {
             row("none", json!({})),
         ];
         rows[2].adapter = "another".into();
+        // The processor of a GPU's computer is no difference.
+        rows[1].processor = "another".into();
         let groups = groups(&rows);
         assert_eq!(groups.iter().map(|group| group.rows.len()).collect::<Vec<_>>(), [2, 1]);
         assert!(groups[0].varying.is_empty(), "levels do not vary where only one technique has them");
         assert_eq!(groups[0].label(&rows[1]), "none");
+    }
+
+    #[test]
+    fn software_adapters_of_two_processors_stay_apart() {
+        let mut rows = vec![row("none", json!({})), row("none", json!({}))];
+        rows.iter_mut().for_each(|row| row.software_adapter = true);
+        rows[1].machine = "another".into();
+        assert_eq!(groups(&rows).len(), 1);
+        rows[1].processor = "another".into();
+        assert_eq!(groups(&rows).len(), 2);
     }
 
     #[test]

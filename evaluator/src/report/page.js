@@ -15,6 +15,7 @@ for (const head of all("th button")) {
     for (const other of all("th", table)) other.removeAttribute("aria-sort");
     cell.setAttribute("aria-sort", down ? "descending" : "ascending");
     const numeric = cell.classList.contains("number");
+    if (table.sortLong) { table.sortLong(column, down); return; }
     const key = row => {
       const { dataset, textContent } = row.cells[column];
       if (!numeric) return textContent;
@@ -31,6 +32,97 @@ for (const head of all("th button")) {
     table.tBodies[0].append(...rows.map(([, row]) => row));
   });
 }
+
+// Long tables: only the rows in view are elements. Filters and sorting work on the data.
+const compared = { "=": (a, b) => a === b, "<": (a, b) => a < b, ">": (a, b) => a > b, "<=": (a, b) => a <= b, ">=": (a, b) => a >= b };
+function longTable(root) {
+  const script = root.querySelector("script"), frame = root.querySelector(".window"), table = root.querySelector("table");
+  const { columns, rows } = JSON.parse(script.textContent);
+  script.remove();
+  const text = (column, row) => column.of ? column.texts[column.of[row]] : column.texts[row];
+  const value = (column, row) => {
+    const found = column.values ? column.values[row] : text(column, row);
+    return found === null || found === "" ? NaN : Number(found);
+  };
+  const best = columns.map(column => new Set(column.best));
+  const body = table.tBodies[0];
+  let order = rows.map((_, index) => index), sorted = order, height = 0, drawn = "";
+
+  const line = row => {
+    const element = make("tr", {});
+    if (rows[row] !== null) element.dataset.row = rows[row];
+    element.classList.toggle("selected", rows[row] === root.closest(".group")?.selectedRow);
+    columns.forEach((column, index) => {
+      const cell = make("td", {});
+      const shown = text(column, row);
+      cell.append(column.code && shown ? make("code", { textContent: shown }) : shown);
+      if (column.number) cell.classList.add("number");
+      if (best[index].has(row)) cell.classList.add("best");
+      element.append(cell);
+    });
+    return element;
+  };
+  // A row of the longest texts keeps the widths while others scroll by.
+  const widest = make("tr", { className: "widest" });
+  widest.append(...columns.map(column =>
+    make("td", { textContent: column.texts.reduce((a, b) => b.length > a.length ? b : a, "") })));
+  const space = rowsOf => {
+    const element = make("tr", { className: "space" }), cell = make("td", { colSpan: columns.length });
+    cell.style.height = `${rowsOf * height}px`;
+    element.append(cell);
+    return element;
+  };
+  const draw = again => {
+    if (height === 0) {
+      body.replaceChildren(widest, line(0));
+      height = body.lastChild.getBoundingClientRect().height;
+      // Not in view yet: measured when it is.
+      if (height === 0) return;
+    }
+    const shown = Math.ceil(frame.clientHeight / height) + 20;
+    const from = Math.max(0, Math.min(Math.floor(frame.scrollTop / height) - 10, order.length - shown));
+    const range = `${from} ${shown}`;
+    if (!again && range === drawn) return;
+    drawn = range;
+    const part = order.slice(from, from + shown);
+    body.replaceChildren(widest, space(from), ...part.map(line), space(order.length - from - part.length));
+  };
+  table.sortLong = (index, down) => {
+    const column = columns[index], sign = down ? -1 : 1;
+    const keys = rows.map((_, row) => column.number ? value(column, row) : text(column, row));
+    const compare = column.number
+      ? (a, b) => Number.isNaN(keys[a]) || Number.isNaN(keys[b]) ? Number.isNaN(keys[a]) - Number.isNaN(keys[b]) : (keys[a] - keys[b]) * sign
+      : (a, b) => (keys[a] < keys[b] ? -1 : keys[a] > keys[b] ? 1 : 0) * sign;
+    sorted = rows.map((_, row) => row).sort((a, b) => compare(a, b) || a - b);
+    filter();
+  };
+  const plain = name => name.toLowerCase().replaceAll(" ", "_");
+  const holds = word => {
+    const parts = /^(.+?)(<=|>=|=|<|>)(.*)$/.exec(word);
+    const column = parts && columns.find(column => plain(column.name) === plain(parts[1]) || plain(column.name).endsWith(`.${plain(parts[1])}`));
+    if (!column) return row => columns.some(column => !column.number && text(column, row).toLowerCase().includes(word));
+    const compare = compared[parts[2]], wanted = Number(parts[3]);
+    if (!column.number || parts[3] === "" || Number.isNaN(wanted)) return row => compare(text(column, row).toLowerCase(), parts[3]);
+    // As printed, or as it is.
+    return row => compare(value(column, row), wanted) || parts[2] === "=" && Number(text(column, row)) === wanted;
+  };
+  const input = root.querySelector("input"), count = root.querySelector(".count");
+  const filter = () => {
+    const tests = input.value.trim().toLowerCase().split(/\s+/).filter(Boolean).map(holds);
+    order = sorted.filter(row => tests.every(test => test(row)));
+    const [some, all] = [order.length, rows.length].map(number => number.toLocaleString("en"));
+    count.textContent = order.length === rows.length ? `${all} rows` : `${some} of ${all} rows`;
+    frame.scrollTop = 0;
+    draw(true);
+  };
+  input.addEventListener("input", filter);
+  frame.addEventListener("scroll", () => draw(false), { passive: true });
+  new ResizeObserver(() => draw(false)).observe(frame);
+  root.redraw = () => draw(true);
+  draw(true);
+}
+// After the page is shown for the first time: the data of ten thousand rows takes a moment.
+requestAnimationFrame(() => setTimeout(() => all(".long").forEach(longTable)));
 
 // Measures: one choice for every place that offers it; labels of points on hover.
 for (const button of all(".choices .segmented button")) {
@@ -88,12 +180,18 @@ function comparer(root, { choices, start }) {
   const [left, right, stage, viewport] = [".left", ".right", ".stage", ".viewport"].map(find);
   let kind = "final", at = 50;
 
+  // Of very many choices, a list offers references, the first ones, and those that were chosen elsewhere.
+  const MOST = 500;
   for (const select of [left, right]) {
-    select.append(...choices.map((choice, index) => new Option(choice.label, index)));
+    select.append(...choices.slice(0, MOST).map((choice, index) => new Option(choice.label, index)));
     select.addEventListener("change", show);
   }
-  left.value = 0;
-  right.value = Math.max(0, choices.findIndex(choice => choice.row === start));
+  const choose = (select, index) => {
+    if (![...select.options].some(option => option.value === String(index))) select.add(new Option(choices[index].label, index));
+    select.value = index;
+  };
+  choose(left, 0);
+  choose(right, Math.max(0, choices.findIndex(choice => choice.row === start)));
 
   // Truth has no error map: beside one it shows the light that the map is about.
   const picture = choice => {
@@ -148,9 +246,14 @@ function comparer(root, { choices, start }) {
   };
   stage.addEventListener("pointerdown", event => { stage.setPointerCapture(event.pointerId); follow(event); });
   stage.addEventListener("pointermove", event => { if (stage.hasPointerCapture(event.pointerId)) follow(event); });
-  const swap = () => { [left.value, right.value] = [right.value, left.value]; show(); };
+  const swap = () => {
+    const [a, b] = [left.value, right.value];
+    choose(left, b);
+    choose(right, a);
+    show();
+  };
   const turn = step => {
-    right.value = (Number(right.value) + step + choices.length) % choices.length;
+    choose(right, (Number(right.value) + step + choices.length) % choices.length);
     show();
   };
   find(".swap").addEventListener("click", swap);
@@ -165,13 +268,19 @@ function comparer(root, { choices, start }) {
   });
   show();
   return {
-    choose(row) { right.value = choices.findIndex(choice => choice.row === row); show(); },
+    choose(row) {
+      const index = choices.findIndex(choice => choice.row === row);
+      if (index < 0) return;
+      choose(right, index);
+      show();
+    },
     showKind(name) { all(".kinds button", root)[kinds.indexOf(name)]?.click(); },
   };
 }
 
 // The row on the right is marked wherever it appears.
 function mark(group, row) {
+  group.selectedRow = row;
   for (const other of all("[data-row]", group)) other.classList.toggle("selected", other.dataset.row === String(row));
 }
 
@@ -180,17 +289,19 @@ for (const group of all(".group")) {
   const root = group.querySelector(".compare");
   if (!root) continue;
   const pictures = comparer(root, data[group.dataset.group]);
-  for (const element of all("[data-row]", group)) {
-    const choose = () => {
-      pictures.choose(Number(element.dataset.row));
-      if (element.classList.contains("thumbnail")) {
-        pictures.showKind("error");
-        root.scrollIntoView({ block: "center" });
-      }
-    };
-    element.addEventListener("click", choose);
-    if (element.classList.contains("point")) {
-      element.addEventListener("keydown", event => { if (event.key === "Enter") choose(); });
+  const choose = element => {
+    pictures.choose(Number(element.dataset.row));
+    if (element.classList.contains("thumbnail")) {
+      pictures.showKind("error");
+      root.scrollIntoView({ block: "center" });
     }
-  }
+  };
+  // Rows of long tables come and go: the group listens for all.
+  group.addEventListener("click", event => {
+    const element = event.target.closest("[data-row]");
+    if (element) choose(element);
+  });
+  group.addEventListener("keydown", event => {
+    if (event.key === "Enter" && event.target.matches(".point[data-row]")) choose(event.target);
+  });
 }

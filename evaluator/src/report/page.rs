@@ -299,12 +299,14 @@ fn scale(class: &str) -> Markup {
 
 /// Thumbnails of every error map; empty without any.
 fn error_maps(part: &Part) -> Markup {
-    let maps: Vec<_> =
-        part.group.rows.iter().filter_map(|&(index, row)| Some((index, row, row.image("error")?))).collect();
+    let maps: Vec<_> = part.shown.iter().filter_map(|&(index, row)| Some((index, row, row.image("error")?))).collect();
     let headlines: Vec<&Metric> = Metric::ranked().into_iter().filter(|metric| metric.headline).collect();
     html! {
         @if !maps.is_empty() {
             h3 { "Error maps" }
+            @if part.is_partial() {
+                p class="caption" { "Of the rows on a frontier. A click on any row of the tables shows its pictures above." }
+            }
             (scale("scale"))
             div class="thumbnails" {
                 @for &(index, row, path) in &maps {

@@ -1,10 +1,12 @@
 //! The plots of a report.
 
+use std::collections::BTreeSet;
+
 use halflight_metrics::{Best, Metric, Plotted};
 use serde_json::Value;
 
 use super::document::chart::{Axis, Bars, Drawing, Line, MARKERS, Marker, Plot, Point, Segment, Series, Spacing};
-use super::grouping::{Group, is_baseline, last_segment, value_label};
+use super::grouping::{Group, MANY, is_baseline, last_segment, value_label};
 use super::pareto::frontier;
 use super::tables::pass_names;
 use crate::format::number;
@@ -20,8 +22,22 @@ pub struct Named {
     pub drawing: Drawing,
 }
 
-/// Time against error with the frontier.
-pub fn time_against_error(group: &Group, metric: &'static Metric, plotted: &Plotted) -> Named {
+/// Positions of the rows that are shown in full: all, or where there are many those of the frontier of each metric.
+pub fn shown_in_full(group: &Group) -> Vec<usize> {
+    if group.rows.len() <= MANY {
+        return (0..group.rows.len()).collect();
+    }
+    let rows: Vec<&Measurement> = group.rows.iter().map(|&(_, row)| row).collect();
+    let frontiers =
+        shown_metrics(group).flat_map(|(metric, plotted)| frontier(&rows, |row| error(metric, plotted, row)));
+    let baselines = (0..rows.len()).filter(|&index| is_baseline(rows[index])).take(1);
+    let chosen: BTreeSet<usize> = frontiers.chain(baselines).collect();
+    // Without any error, the first ones.
+    if chosen.is_empty() { (0..MANY).collect() } else { chosen.into_iter().take(MANY).collect() }
+}
+
+/// Time against error with the frontier. Rows beside those that are `shown` in full are dots.
+pub fn time_against_error(group: &Group, shown: &BTreeSet<usize>, metric: &'static Metric, plotted: &Plotted) -> Named {
     let style = Style::of(group, &group.varying);
     let mut series: Vec<Series> = Vec::new();
     let rows: Vec<&Measurement> = group.rows.iter().map(|&(_, row)| row).collect();
@@ -36,6 +52,24 @@ pub fn time_against_error(group: &Group, metric: &'static Metric, plotted: &Plot
     series.extend(technique_frontiers(group, &style, &pairs, &error));
     for (index, (_, row)) in group.rows.iter().enumerate() {
         let (colour, marker) = style.look(row);
+        if !shown.contains(&index) {
+            let (x, y) = pairs[index];
+            let place = Point { x, y, label: String::new(), row: None };
+            match series.iter_mut().find(|series| series.colour == colour && series.marker == Some(Marker::Dot)) {
+                Some(series) => series.points.push(place),
+                None => series.insert(
+                    0,
+                    Series {
+                        name: format!("all {}", (style.colour.of)(row)).trim().to_owned(),
+                        colour,
+                        marker: Some(Marker::Dot),
+                        line: None,
+                        points: vec![place],
+                    },
+                ),
+            }
+            continue;
+        }
         let place = point(group, index, pairs[index], metric);
         let same = |series: &&mut Series| series.colour == colour && series.marker == Some(marker);
         match series.iter_mut().find(same) {
@@ -94,6 +128,10 @@ fn technique_frontiers(
 /// Error over the number of samples, one line for each combination of the other settings; empty when no number of
 /// samples varies.
 pub fn error_over_samples(group: &Group) -> Vec<Named> {
+    // One line for each combination of thousands of settings shows nothing.
+    if group.rows.len() > MANY {
+        return vec![];
+    }
     let is_samples = |name: &&String| ["samples", "slices", "rays"].contains(&last_segment(name));
     let Some(samples) = group.varying.iter().find(is_samples) else { return vec![] };
     let count = |row: &Measurement| row.parameters.get(samples).and_then(Value::as_f64);

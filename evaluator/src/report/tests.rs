@@ -109,7 +109,7 @@ fn an_unwritable_folder_is_bad_input() {
 fn the_frontier_says_what_milliseconds_buy() {
     let report = report();
     let groups = groups(&report.measurements);
-    let trades = trade::trades(&groups[0]);
+    let trades = trade::trades(&groups[0], &(0..groups[0].rows.len()).collect());
     let [by_rel_mse] = &trades[..] else { panic!("relMSE alone was measured") };
     let table = &by_rel_mse.table;
     assert_eq!(column(table, "#", ""), ["1", "2", "4"], "half with 64 samples is slower and worse than quarter");
@@ -119,7 +119,7 @@ fn the_frontier_says_what_milliseconds_buy() {
     let mut blind = report.measurements.clone();
     blind.iter_mut().for_each(|row| row.errors = halflight_metrics::Values::default());
     let groups = super::groups(&blind);
-    assert!(trade::trades(&groups[0]).is_empty());
+    assert!(trade::trades(&groups[0], &(0..groups[0].rows.len()).collect()).is_empty());
     assert!(!tables::results(&groups[0]).columns.iter().any(|column| column.name == "relMSE"), "empty columns go");
 }
 
@@ -135,7 +135,7 @@ fn every_metric_has_its_frontier() {
         row.errors.set(MetricId::IndirectBias, Some(bias));
     }
     let groups = groups(&report.measurements);
-    let trades = trade::trades(&groups[0]);
+    let trades = trade::trades(&groups[0], &(0..groups[0].rows.len()).collect());
     let shown: Vec<(&str, Vec<String>)> =
         trades.iter().map(|trade| (trade.plot.choice, column(&trade.table, "#", ""))).collect();
     let rows = |rows: &[&str]| rows.iter().map(ToString::to_string).collect::<Vec<_>>();
@@ -262,4 +262,35 @@ fn numbers_that_should_worry_are_warnings() {
         |start: &str, part: &str| warnings.iter().any(|warning| warning.starts_with(start) && warning.contains(part));
     assert!(has("leaf.png", "missing") && has("All rows", "software adapter"));
     assert!(has("#2:", "NaN") && has("#3:", "p95") && has("#4:", "fewer than 10"), "{warnings:?}");
+}
+
+#[test]
+fn a_report_of_thousands_of_rows_has_few_elements_and_all_rows() {
+    let rows: Vec<Measurement> = (0..3000)
+        .map(|index| {
+            // On the frontier: the first hundred. Every later one is slower and worse.
+            let place = f64::from(index);
+            let mut row = cell("half", 4, index + 1, if index < 100 { 200.5 - place } else { 900.5 + place });
+            (row.time_ms_min, row.time_ms_median, row.time_ms_p95) = (place + 1.0, place + 1.0, place + 1.0);
+            row.preset.clear();
+            row
+        })
+        .collect();
+    let report = Report { measurements: rows, ..Report::default() };
+    let path = std::env::temp_dir().join(format!("halflight-many-rows-{}", std::process::id()));
+    report.write(&OutputFolder::open(&path)).unwrap();
+    let page = std::fs::read_to_string(path.join("index.html")).unwrap();
+    let table = page.split("<div class=\"long\">").nth(1).expect("the table of results is long");
+    let data = table.split("<script type=\"application/json\">").nth(1).unwrap().split("</script>").next().unwrap();
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    assert_eq!(data["rows"].as_array().map(Vec::len), Some(3000));
+    let column = |name: &str| data["columns"].as_array().unwrap().iter().find(|c| c["name"] == name).unwrap();
+    assert_eq!(column("samples")["texts"][2999], "3000");
+    assert_eq!(column("relMSE")["values"][2999], 3899.5);
+    assert!(page.matches("<tr").count() < 2000, "{} rows are elements", page.matches("<tr").count());
+    assert!(page.matches("class=\"mark point").count() < 2000);
+    assert!(page.contains("class=\"line dots"));
+    let csv = std::fs::read_to_string(path.join("results.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 3001);
+    std::fs::remove_dir_all(path).unwrap();
 }

@@ -1,5 +1,7 @@
 //! What each millisecond buys: for each metric, the frontier of time and error as a plot and as a table.
 
+use std::collections::BTreeSet;
+
 use halflight_metrics::{Metric, MetricId, Plotted};
 
 use super::document::table::{Cell, Column, Table, TableRow};
@@ -20,11 +22,13 @@ pub struct Trade {
 }
 
 /// One trade for each metric that is plotted and that some row has, in reading order.
-pub fn trades(group: &Group) -> Vec<Trade> {
+///
+/// Rows beside those that are `shown` in full, by position, are dots.
+pub fn trades(group: &Group, shown: &BTreeSet<usize>) -> Vec<Trade> {
     plots::shown_metrics(group)
         .map(|(metric, plotted)| Trade {
             metric,
-            plot: plots::time_against_error(group, metric, plotted),
+            plot: plots::time_against_error(group, shown, metric, plotted),
             table: frontier_table(group, metric, plotted),
         })
         .collect()

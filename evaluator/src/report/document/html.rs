@@ -1,11 +1,15 @@
 //! Pieces of HTML pages.
 
+use std::collections::HashMap;
+
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use serde_json::{Value, json};
 
 use super::{
     chart::STYLE as CHART_STYLE,
     table::{Cell, Column, Kind, Table, TableRow},
 };
+use crate::format::count;
 
 /// A page with the style of a report; `style` is added to it. Everything but pictures is inside the file.
 pub fn page(title: &str, style: &str, body: &Markup) -> String {
@@ -43,8 +47,14 @@ pub fn table(table: &Table) -> Markup {
     html! { (heading(&table.title, &table.caption)) (rows(table, "scroll")) }
 }
 
+/// Rows up to which a table is written as such. A longer one is data, of which the page makes the rows that are in view.
+const LONG: usize = 400;
+
 /// A table without heading and caption, in a frame of this class.
 pub fn rows(table: &Table, class: &str) -> Markup {
+    if table.rows.len() > LONG {
+        return long_table(table, class);
+    }
     html! {
         div class=(class) {
             table {
@@ -59,6 +69,62 @@ pub fn rows(table: &Table, class: &str) -> Markup {
             }
         }
     }
+}
+
+/// A table whose rows the page makes, with a field to filter them.
+fn long_table(table: &Table, class: &str) -> Markup {
+    let columns: Vec<Value> =
+        table.columns.iter().enumerate().map(|(index, head)| column(table, index, head)).collect();
+    let rows: Vec<Option<usize>> = table.rows.iter().map(|row| row.row).collect();
+    // "</script>" inside a text would end the element that holds the data.
+    let data = json!({ "columns": columns, "rows": rows }).to_string().replace("</", "<\\/");
+    html! {
+        div class="long" {
+            p class="controls" {
+                input type="search" placeholder="Filter: quarter  samples=64  time<5" aria-label="Filter rows"
+                    title="Words that a row must contain, or a column with =, <, > and a value; all must hold" size="44";
+                span class="count" { (count(table.rows.len() as u64)) " rows" }
+            }
+            div class=(format!("{class} window")) {
+                table {
+                    thead { tr { @for column in &table.columns { (head(column)) } } }
+                    tbody {}
+                }
+            }
+            noscript { "The rows are in results.csv." }
+            script type="application/json" { (PreEscaped(data)) }
+        }
+    }
+}
+
+/// The cells of a column: texts as indices into the distinct ones where few are, and values where a text does not say all.
+fn column(table: &Table, index: usize, head: &Column) -> Value {
+    let cells = || table.rows.iter().map(|row| &row.cells[index]);
+    let mut known: HashMap<&str, usize> = HashMap::new();
+    let mut distinct = Vec::new();
+    let indices: Vec<usize> = cells()
+        .map(|cell| {
+            *known.entry(&cell.text).or_insert_with(|| {
+                distinct.push(cell.text.as_str());
+                distinct.len() - 1
+            })
+        })
+        .collect();
+    // Seven digits sort as well as seventeen.
+    let value = |cell: &Cell| cell.value.map_or(Value::Null, |value| json!(value as f32));
+    let says_all = |cell: &Cell| cell.value.is_none_or(|value| cell.text.parse() == Ok(value));
+    let values = (head.kind == Kind::Number && !cells().all(says_all)).then(|| cells().map(value).collect::<Vec<_>>());
+    let best: Vec<usize> = cells().enumerate().filter(|(_, cell)| cell.best).map(|(row, _)| row).collect();
+    let few = distinct.len() * 4 < indices.len();
+    json!({
+        "name": head.name,
+        "number": head.kind == Kind::Number,
+        "code": head.kind == Kind::Code,
+        "texts": if few { json!(distinct) } else { json!(cells().map(|cell| &cell.text).collect::<Vec<_>>()) },
+        "of": few.then_some(indices),
+        "values": values,
+        "best": best,
+    })
 }
 
 fn head(Column { name, unit, meaning, kind }: &Column) -> Markup {

@@ -11,7 +11,10 @@ use halflight_techniques::{
 };
 use percent_encoding::percent_decode_str;
 
-use crate::state::{Configuration, DROPPED, LightChange, State, View};
+use crate::{
+    error::Metric,
+    state::{Configuration, DROPPED, LightChange, State, View},
+};
 
 /// Names of the sides in keys.
 const SIDES: [&str; 2] = ["a", "b"];
@@ -52,6 +55,9 @@ pub fn write(state: &State) -> String {
     if state.compare {
         add("divider", state.divider.to_string());
     }
+    if state.metric != default.metric {
+        add("metric", state.metric.name().into());
+    }
     if !state.reference {
         add("truth", "off".into());
     }
@@ -65,8 +71,9 @@ pub fn write(state: &State) -> String {
 }
 
 /// What the viewer opens with if there is no link: a scene with a sky, without indirect light beside the technique that takes
-/// all of it.
-pub const OPENING: &str = "scene=atrium&a=none&b=radiance-cache&divider=0.5";
+/// all of it. A has sunlit surfaces, B is in the shade, and the exposure shows both.
+pub const OPENING: &str = "scene=atrium&eye=6,2,-2.2&target=-9,2,1.6&up=0,1,0&fov=62&exposure=0.2\
+                           &a=none&b=radiance-cache&divider=0.5";
 
 /// The state of a link, and a sentence for each part of it that cannot be used.
 pub fn read(text: &str) -> (State, Vec<String>) {
@@ -130,12 +137,12 @@ fn set(state: &mut State, key: &str, value: &str) -> Result<(), String> {
         "view" => state.view = View::of(value),
         "exposure" => state.exposure = Some(number(value, -30.0, 30.0)?),
         "divider" => (state.compare, state.divider) = (true, number(value, 0.0, 1.0)?),
-        "truth" => {
-            state.reference = match value {
-                "on" => true,
-                "off" => false,
-                _ => return Err(wrong("on or off")),
-            }
+        "compare" => state.compare = switch(value)?,
+        "truth" => state.reference = switch(value)?,
+        "metric" => {
+            let names = Metric::ALL.map(Metric::name).join(", ");
+            let named = Metric::ALL.into_iter().find(|metric| metric.name() == value);
+            state.metric = named.ok_or_else(|| wrong(&names))?;
         }
         "frame" => state.frame = value.parse().map_err(|_| wrong("a whole number from 0 to 4294967295"))?,
         "seed" => state.seed = value.parse().map_err(|_| wrong("a whole number from 0 to 4294967295"))?,
@@ -159,6 +166,14 @@ fn set(state: &mut State, key: &str, value: &str) -> Result<(), String> {
         },
     }
     Ok(())
+}
+
+fn switch(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("give on or off".into()),
+    }
 }
 
 fn number(text: &str, low: f32, high: f32) -> Result<f32, String> {
@@ -204,6 +219,15 @@ mod tests {
     }
 
     #[test]
+    fn a_link_can_compare_without_a_divider() {
+        let (state, errors) = read("compare=on&a=none");
+        assert!(state.compare && errors.is_empty());
+        assert_eq!(state.divider, State::default().divider);
+        // Keys are applied in their order.
+        assert!(!read("divider=0.3&compare=off").0.compare);
+    }
+
+    #[test]
     fn every_parameter_of_every_technique_survives_a_link() {
         for technique in TECHNIQUES {
             for parameter in parameters_of(technique) {
@@ -238,6 +262,7 @@ mod tests {
                 reference: false,
                 frame: 17,
                 seed: u32::MAX,
+                metric: Metric::Absolute,
                 ..State::default()
             });
         }
@@ -258,6 +283,8 @@ mod tests {
             ("a.hierarchical.sampels=4", "has no parameter"),
             ("light.0=1,2", "give 7 numbers"),
             ("truth=maybe", "on or off"),
+            ("compare=yes", "on or off"),
+            ("metric=ssim", "give blocks, pixels, rmse"),
             ("nonsense", "no such key"),
             ("%", "no such key"),
         ] {

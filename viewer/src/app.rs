@@ -8,9 +8,12 @@ use halflight_scenes::{Camera, Light, Scene};
 use web_time::{Duration, Instant};
 
 use crate::{
-    address,
+    address, benchmark,
+    error::Metric,
+    hints::Hints,
     host::Host,
     marks::Marks,
+    messages::{Messages, Severity},
     playing::{Playing, rotated},
     plot::Trade,
     readback::TextureReading,
@@ -18,7 +21,7 @@ use crate::{
     report::{CheckReport, PassReport, Report, SideReport},
     side::Side,
     stage::Stage,
-    state::State,
+    state::{State, View},
     style::style,
     undo::{Undo, commit, undo_from},
 };
@@ -26,14 +29,32 @@ use crate::{
 mod advance;
 mod bar;
 mod controls;
+mod inspect;
 mod interface;
 mod receive;
+mod result;
 
 /// Time without changes after which the path tracer starts.
 const REST: Duration = Duration::from_millis(500);
 
+/// Rounds of repetitions after which a median is shown. One round can be wrong by a factor of several.
+const ROUNDS: usize = 3;
+
 /// Parts of the names of software adapters, as browsers give them.
 const SOFTWARE: [&str; 4] = ["swiftshader", "llvmpipe", "lavapipe", "Basic Render"];
+
+/// What is shown alone instead of both sides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Solo {
+    A,
+    B,
+    Reference,
+}
+
+/// Pixels of the opening picture at most: on a software adapter, and on others.
+const MOST_PIXELS: [f32; 2] = [640.0 * 360.0, 1920.0 * 1080.0];
+/// Sides of the smallest and the largest picture that fits the screen, pixels.
+const SIDES_OF_PICTURE: [f32; 2] = [64.0, 8192.0];
 
 /// Errors of the device, shared with its callbacks.
 type DeviceErrors = Arc<Mutex<Vec<String>>>;
@@ -59,6 +80,10 @@ pub struct Viewer {
     /// Whether the loading message is on the screen.
     announced: bool,
     sides: [Option<Side>; 2],
+    /// Sides that are no longer shown, but may be painted in this pass.
+    closed: Vec<Side>,
+    /// What is searched for in the parameters of each side.
+    search: [String; 2],
     /// Why a side could not be drawn with its settings.
     side_errors: [Option<String>; 2],
     reference: ReferenceTracer,
@@ -67,8 +92,9 @@ pub struct Viewer {
     exposure: Option<f32>,
     exposure_of: Option<Subject>,
     exposure_reading: Option<(Subject, TextureReading)>,
-    messages: Vec<String>,
+    messages: Messages,
     device_errors: DeviceErrors,
+    device_error_count: usize,
     inbox: Arc<Mutex<Vec<Dropped>>>,
     playing: Option<Playing>,
     changed: Instant,
@@ -80,7 +106,25 @@ pub struct Viewer {
     settled: bool,
     /// Sides whose NaN/Inf check is open in the interface.
     checking: [bool; 2],
+    /// Sides whose list of times is open in the interface.
+    listing: [bool; 2],
     screen: egui::Vec2,
+    /// The space for the picture in the last pass, points.
+    picture_space: egui::Vec2,
+    /// Whether the picture takes the size of its space in the first pass: the address did not say.
+    fit_at_start: bool,
+    /// The camera of the link that was opened; `None` for the scene's own.
+    home: Option<Camera>,
+    help: bool,
+    inspecting: bool,
+    solo: Option<Solo>,
+    /// The pointer above the picture, 0..1 from the left and from the top.
+    pointer: Option<[f32; 2]>,
+    /// A position in the picture whose depth is read, and the camera at that time.
+    focusing: Option<([f32; 2], Camera, TextureReading)>,
+    hints: Hints,
+    /// When the link was copied.
+    copied: Option<Instant>,
     /// Changes of shader files.
     #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
     shader_changes: std::sync::mpsc::Receiver<Result<crate::hot_reload::Changes, String>>,
@@ -120,12 +164,14 @@ impl Viewer {
         let (benchmark, rest): (Vec<&str>, Vec<&str>) =
             address.split('&').partition(|part| part.starts_with("benchmark"));
         let link = rest.join("&");
-        let (mut state, messages) = address::read(if link.is_empty() { address::OPENING } else { &link });
-        let benchmark = !benchmark.is_empty();
+        let (mut state, wrong) = address::read(if link.is_empty() { address::OPENING } else { &link });
+        let (benchmark, home) = (!benchmark.is_empty(), state.camera);
         if benchmark {
             state.reference = false;
         }
         style(&context.egui_ctx);
+        let mut messages = Messages::default();
+        wrong.into_iter().for_each(|sentence| messages.add(Severity::Warning, sentence));
         Ok(Self {
             ctx: context.egui_ctx.clone(),
             host,
@@ -140,6 +186,8 @@ impl Viewer {
             dropped: None,
             announced: false,
             sides: [None, None],
+            closed: Vec::new(),
+            search: Default::default(),
             side_errors: [None, None],
             reference: ReferenceTracer::default(),
             reference_done: false,
@@ -149,6 +197,7 @@ impl Viewer {
             exposure_reading: None,
             messages,
             device_errors,
+            device_error_count: 0,
             inbox: Arc::default(),
             playing: None,
             changed: Instant::now(),
@@ -159,7 +208,19 @@ impl Viewer {
             ready: false,
             settled: false,
             checking: [false; 2],
+            listing: [false; 2],
             screen: egui::Vec2::ZERO,
+            picture_space: egui::Vec2::ZERO,
+            home,
+            fit_at_start: link.is_empty() && !benchmark,
+            help: false,
+            inspecting: false,
+            solo: None,
+            pointer: None,
+            focusing: None,
+            // A link shows something particular.
+            hints: Hints { off: !link.is_empty(), ..Hints::default() },
+            copied: None,
             #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
             shader_changes: crate::hot_reload::watch(context.egui_ctx.clone()),
         })
@@ -168,8 +229,9 @@ impl Viewer {
     /// Opens the state of a link.
     pub fn go_to(&mut self, address: &str) {
         let (state, errors) = address::read(address);
+        self.home = state.camera;
         self.state = state;
-        self.messages.extend(errors);
+        errors.into_iter().for_each(|sentence| self.messages.add(Severity::Warning, sentence));
         (self.ready, self.settled, self.changed) = (false, false, Instant::now());
         self.ctx.request_repaint();
     }
@@ -201,8 +263,10 @@ impl Viewer {
             technique_ms: side.times.technique(),
             rounds: side.times.rounds(),
             method: side.method.note().to_owned(),
-            rel_mse: side.rel_mse,
-            block_rel_mse: side.block_rel_mse,
+            errors: Metric::ALL
+                .into_iter()
+                .filter_map(|metric| Some((metric.name().to_owned(), side.errors.get(metric)?.value())))
+                .collect(),
             drawn: side.is_drawn() && side.picture().is_some(),
             check: side.check_results().map(|results| results.iter().map(CheckReport::of).collect()),
         };
@@ -210,10 +274,11 @@ impl Viewer {
         Report {
             address: address::write(&self.state),
             scene: self.stage.as_ref().map(|stage| stage.scene.name.clone()).unwrap_or_default(),
-            messages: self.messages.clone(),
+            messages: self.messages.texts(),
+            device_errors: self.device_error_count,
             sides: self.sides.iter().flatten().map(side).collect(),
             reference_samples: reference.map_or(0, |reference| reference.samples),
-            reference_noise: reference.and_then(|reference| reference.noise),
+            benchmark: self.benchmark,
             settled: self.settled,
             adapter: self.adapter.clone(),
             exposure: self.exposure_in_use(),
@@ -230,6 +295,16 @@ impl Viewer {
         serde_json::to_string(&self.report()).unwrap_or_default()
     }
 
+    /// The view that is shown.
+    fn view(&self) -> View {
+        if self.solo == Some(Solo::Reference) { View::Reference } else { self.state.view.clone() }
+    }
+
+    /// The size of a picture that fills its space, with one pixel for each of the screen where the device is fast enough.
+    fn fitting_size(&self, pixels_per_point: f32) -> [u32; 2] {
+        fitting(self.picture_space * pixels_per_point, MOST_PIXELS[usize::from(!self.software)])
+    }
+
     fn exposure_in_use(&self) -> Option<f32> {
         self.state.exposure.map(f32::exp2).or(self.exposure)
     }
@@ -239,19 +314,14 @@ impl Viewer {
         self.state.camera.or_else(own).unwrap_or_default()
     }
 
+    /// Rounds of repetitions after which a median is shown.
+    fn rounds(&self) -> usize {
+        if self.benchmark { benchmark::ROUNDS } else { ROUNDS }
+    }
+
     /// The current frame number of the animation.
     fn frame(&self) -> u32 {
         self.playing.map_or(self.state.frame, |playing| playing.frame)
-    }
-
-    fn say(&mut self, sentence: impl Into<String>) {
-        const MOST: usize = 5;
-        let sentence = sentence.into();
-        self.messages.retain(|message| *message != sentence);
-        self.messages.push(sentence);
-        if self.messages.len() > MOST {
-            self.messages.remove(0);
-        }
     }
 
     /// The lights with the changes of the state and the rotation of a playing light.
@@ -264,10 +334,18 @@ impl Viewer {
     }
 }
 
+/// A size with the shape of this space, in pixels, of at most so many pixels.
+fn fitting(space: egui::Vec2, most_pixels: f32) -> [u32; 2] {
+    let scale = (most_pixels / (space.x * space.y).max(1.0)).sqrt().min(1.0);
+    [space.x, space.y].map(|side| (side * scale).round().clamp(SIDES_OF_PICTURE[0], SIDES_OF_PICTURE[1]) as u32)
+}
+
 impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         self.marks.clear();
-        self.checking = [false; 2];
+        self.sides.iter_mut().flatten().for_each(Side::free_old);
+        self.closed.drain(..).for_each(Side::destroy);
+        (self.checking, self.listing) = ([false; 2], [false; 2]);
         self.screen = ui.max_rect().size();
         let ctx = ui.ctx().clone();
         self.receive(&ctx);
@@ -280,7 +358,10 @@ impl eframe::App for Viewer {
             *playing = playing.step(stage.is_animated().then(|| stage.scene.moves.last_frame()));
         }
         let before = (self.state.camera, self.state.lights.clone(), self.state.frame);
+        let sides = self.state.sides.clone();
         self.interface(ui);
+        self.hints.settings |= sides != self.state.sides;
+        self.hints.play |= self.playing.is_some();
         if before != (self.state.camera, self.state.lights.clone(), self.state.frame) {
             self.changed = Instant::now();
         }
@@ -310,5 +391,18 @@ impl eframe::App for Viewer {
     #[cfg(target_arch = "wasm32")]
     fn as_any_mut(&mut self) -> Option<&mut dyn std::any::Any> {
         Some(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_opening_picture_fills_its_space() {
+        assert_eq!(fitting(egui::vec2(918.0, 700.0), 1e9), [918, 700]);
+        let [width, height] = fitting(egui::vec2(918.0, 700.0), MOST_PIXELS[0]);
+        assert!(width * height <= 231_000 && (width as f32 / height as f32 - 918.0 / 700.0).abs() < 0.01);
+        assert_eq!(fitting(egui::Vec2::ZERO, MOST_PIXELS[0]), [64, 64]);
     }
 }

@@ -3,7 +3,11 @@
 use eframe::egui::{Grid, RichText, ScrollArea, Ui};
 use halflight_frame_graph::Part;
 
-use crate::{numbers::milliseconds, side::Side};
+use crate::{
+    numbers::{measured, milliseconds},
+    side::Side,
+    words,
+};
 
 /// Number of measurements per pass.
 pub const ROUNDS: usize = 5;
@@ -12,7 +16,7 @@ pub const ROUNDS: usize = 5;
 pub fn page(ui: &mut Ui, side: &Side, adapter: &str) {
     let [width, height] = side.plan().display_size;
     let configuration = side.configuration();
-    ui.heading(format!("{} at {width}x{height}", configuration.technique));
+    ui.heading(format!("{} at {width}x{height}", words::technique(configuration.technique)));
     ui.label(format!("{adapter}; {}; {} of {ROUNDS} rounds", side.method.note(), side.times.rounds().min(ROUNDS)));
     ScrollArea::both().show(ui, |ui| {
         Grid::new("benchmark").num_columns(3).striped(true).show(ui, |ui| {
@@ -23,7 +27,7 @@ pub fn page(ui: &mut Ui, side: &Side, adapter: &str) {
             for (name, part, ms) in side.times.medians() {
                 ui.label(name);
                 ui.label(part.to_string());
-                ui.label(RichText::new(milliseconds(ms)).monospace());
+                ui.label(RichText::new(measured(ms)).monospace());
                 ui.end_row();
             }
             ui.strong("whole technique");

@@ -19,6 +19,12 @@ pub trait Host {
     }
     /// Called once, after the first picture was drawn.
     fn first_picture(&mut self) {}
+    /// Whether it can ask the user for files.
+    fn can_choose_files(&self) -> bool {
+        false
+    }
+    /// Asks the user for files, and opens them with [`Viewer::open`](crate::Viewer::open) later.
+    fn choose_files(&mut self) {}
     /// Whether files on disk can be read by their path.
     fn reads_disk(&self) -> bool {
         false

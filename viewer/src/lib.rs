@@ -38,11 +38,14 @@ mod app;
 mod benchmark;
 mod camera;
 mod check;
+pub mod error;
 mod export;
+mod hints;
 mod host;
 #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
 mod hot_reload;
 mod marks;
+mod messages;
 mod numbers;
 mod panels;
 mod picture;
@@ -59,6 +62,7 @@ pub mod state;
 mod style;
 mod timing;
 mod undo;
+mod words;
 
 pub use app::Viewer;
 pub use host::{Host, configuration};

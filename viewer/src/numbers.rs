@@ -3,32 +3,37 @@
 use eframe::egui::{self, Color32, Grid, RichText, ScrollArea, Ui, vec2};
 use halflight_frame_graph::{FramePlan, Part, ResourceId, ResourceKind, bytes_in_words};
 
-use crate::side::Side;
+use crate::{side::Side, style::square};
 
-/// Colour of each part of a frame, readable on dark and light themes.
+/// Colour of each part of a frame, readable on dark and light themes. None is a colour of A or B.
 pub fn part_colour(part: Part) -> Color32 {
     match part {
-        Part::GBuffer => Color32::from_rgb(110, 130, 150),
-        Part::Direct => Color32::from_rgb(200, 160, 70),
-        Part::Technique => Color32::from_rgb(80, 150, 220),
+        Part::GBuffer => Color32::from_rgb(128, 134, 139),
+        Part::Direct => Color32::from_rgb(171, 146, 208),
+        Part::Technique => Color32::from_rgb(94, 178, 134),
     }
 }
 
-/// Milliseconds with three significant digits.
+/// Times below this are below the resolution of the clock, milliseconds.
+const CLOCK: f64 = 0.01;
+
+/// Milliseconds with three significant digits; exactly 0 is no work at all.
 pub fn milliseconds(ms: f64) -> String {
-    // The sum of an empty list is -0.0.
-    let ms = ms + 0.0;
     match ms {
         _ if !ms.is_finite() => "…".into(),
+        // The sum of an empty list is -0.0.
+        0.0 => "0 ms".into(),
+        _ if ms < CLOCK => format!("< {CLOCK} ms"),
         _ if ms < 1.0 => format!("{ms:.3} ms"),
-        _ if ms < 100.0 => format!("{ms:.2} ms"),
+        _ if ms < 10.0 => format!("{ms:.2} ms"),
+        _ if ms < 100.0 => format!("{ms:.1} ms"),
         _ => format!("{ms:.0} ms"),
     }
 }
 
-/// A relative error: the root of relMSE, in percent.
-pub fn percent(rel_mse: f64) -> String {
-    format!("{:.1} %", 100.0 * rel_mse.max(0.0).sqrt())
+/// [`milliseconds`] of measured work: what the clock cannot see is not 0.
+pub fn measured(ms: f64) -> String {
+    milliseconds(if ms == 0.0 { 0.5 * CLOCK } else { ms })
 }
 
 /// The running medians of all passes as bars, in the order of the frame.
@@ -44,7 +49,7 @@ pub fn times(ui: &mut Ui, side: &Side) {
             let length = if ms.is_finite() { (ms / longest) as f32 } else { 0.0 };
             let bar = egui::Rect::from_min_size(rect.min, vec2((rect.width() * length).max(1.0), rect.height()));
             ui.painter().rect_filled(bar, 2.0, part_colour(part));
-            ui.label(RichText::new(milliseconds(ms)).monospace());
+            ui.label(RichText::new(measured(ms)).monospace());
             ui.end_row();
         }
     });
@@ -53,7 +58,7 @@ pub fn times(ui: &mut Ui, side: &Side) {
     }
     ui.horizontal_wrapped(|ui| {
         for part in [Part::GBuffer, Part::Direct, Part::Technique] {
-            ui.colored_label(part_colour(part), "■");
+            square(ui, part_colour(part));
             ui.label(format!("{part} {}", milliseconds(side.part_ms(part))));
         }
     });
@@ -103,5 +108,17 @@ pub fn plan(ui: &mut Ui, plan: &FramePlan) {
         let (reads, writes) = pass.reads_and_writes();
         ui.add(egui::Label::new(format!("{}  {}: {}", index + 1, pass.name, pass.reason)).wrap())
             .on_hover_text(format!("{}\nreads {}\nwrites {}", pass.shader.name, names(reads), names(writes)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_have_three_digits_and_no_false_zero() {
+        let texts = [f64::NAN, -0.0, 0.002, 0.1234, 1.234, 12.34, 123.4].map(milliseconds);
+        assert_eq!(texts, ["…", "0 ms", "< 0.01 ms", "0.123 ms", "1.23 ms", "12.3 ms", "123 ms"]);
+        assert_eq!(measured(0.0), "< 0.01 ms");
     }
 }

@@ -1,6 +1,6 @@
 //! Controls of parameters (from their declarations), presets, lights and camera.
 
-use eframe::egui::{ComboBox, DragValue, RichText, Slider, Ui, vec2};
+use eframe::egui::{CollapsingHeader, ComboBox, DragValue, RichText, Slider, TextEdit, Ui, vec2};
 use halflight_renderer::parameters::{Kind, Parameter, Role, Value};
 use halflight_scenes::{Camera, Light};
 use halflight_techniques::{TECHNIQUES, parameters_of, preset::Preset};
@@ -9,6 +9,7 @@ use crate::{
     export::presets_of,
     marks::Marks,
     state::{Configuration, LightChange, State},
+    words,
 };
 
 /// Range of whole numbers or lengths above which a slider is logarithmic.
@@ -17,39 +18,77 @@ const LOGARITHMIC_ABOVE: f64 = 100.0;
 /// Width of a parameter's name, points.
 const LABEL: f32 = 126.0;
 
-/// Technique, presets and parameters of a side. `name` identifies the side.
-pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, marks: &mut Marks) {
+/// Technique, presets and parameters of a side: its main parameters, and all others folded and searched by `search`.
+/// `name` identifies the side.
+pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, search: &mut String, marks: &mut Marks) {
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Technique");
-        let chosen = ComboBox::from_id_salt((name, "technique")).selected_text(side.technique).show_ui(ui, |ui| {
-            for technique in TECHNIQUES {
-                let choice = ui.selectable_label(side.technique == technique.name, technique.name);
-                if choice.on_hover_text(technique.summary).clicked() && side.technique != technique.name {
-                    *side = Configuration { technique: technique.name, ..Configuration::default() };
-                }
-            }
-        });
-        marks.add(&format!("{name}.technique"), chosen.response.labelled_by(label.id).rect);
-        let presets = presets_of(side.technique);
-        if !presets.is_empty() {
-            let menu = ui.menu_button("Presets", |ui| {
-                for (title, preset) in &presets {
-                    if ui.button(*title).clicked() {
-                        apply(side, preset);
-                        ui.close();
+        let chosen = ComboBox::from_id_salt((name, "technique"))
+            .selected_text(words::technique(side.technique))
+            .width(210.0)
+            .height(420.0)
+            .show_ui(ui, |ui| {
+                for technique in TECHNIQUES {
+                    let choice =
+                        ui.selectable_label(side.technique == technique.name, words::technique(technique.name));
+                    let tip = format!("{}\n\nkey: {}", words::sentence_of(technique.summary), technique.name);
+                    marks.add(&format!("{name}.technique.{}", technique.name), choice.rect);
+                    if choice.on_hover_text(tip).clicked() && side.technique != technique.name {
+                        *side = Configuration { technique: technique.name, ..Configuration::default() };
                     }
                 }
             });
-            menu.response.on_hover_text("Sets of settings of this technique");
-        }
-        if !side.settings.is_empty() && ui.button("Reset all").clicked() {
-            side.settings.clear();
-        }
+        marks.add(&format!("{name}.technique"), chosen.response.labelled_by(label.id).rect);
     });
-    ui.label(RichText::new(side.technique().summary).weak());
-    for parameter in parameters_of(side.technique()) {
-        self::parameter(ui, name, side, &parameter, marks);
+    ui.label(RichText::new(words::sentence_of(side.technique().summary)).weak());
+    let presets = presets_of(side.technique);
+    if !presets.is_empty() || !side.settings.is_empty() {
+        ui.horizontal_wrapped(|ui| {
+            if !presets.is_empty() {
+                ui.label("Presets");
+            }
+            for (title, preset) in &presets {
+                let mut applied = side.clone();
+                apply(&mut applied, preset);
+                let button = ui.selectable_label(applied == *side, *title);
+                marks.add(&format!("{name}.preset.{title}"), button.rect);
+                if button.on_hover_text("Settings of this technique").clicked() {
+                    *side = applied;
+                }
+            }
+            if !side.settings.is_empty() && ui.button("Reset all").clicked() {
+                side.settings.clear();
+            }
+        });
     }
+    let (main, rest): (Vec<_>, Vec<_>) =
+        parameters_of(side.technique()).into_iter().partition(|parameter| words::is_main(side.technique, parameter));
+    for parameter in &main {
+        self::parameter(ui, name, side, parameter, marks);
+    }
+    if rest.is_empty() {
+        return;
+    }
+    let changed = rest.iter().filter(|parameter| side.settings.contains_key(&parameter.key())).count();
+    let changed = if changed == 0 { String::new() } else { format!(", {changed} changed") };
+    let title = format!("{} more parameters{changed}", rest.len());
+    let folded = CollapsingHeader::new(title).id_salt((name, "more")).show(ui, |ui| {
+        let found = ui.add(TextEdit::singleline(search).hint_text("Search names and descriptions"));
+        marks.add(&format!("{name}.search"), found.rect);
+        let mut shown = rest.iter().filter(|parameter| matches(side, parameter, search)).peekable();
+        if shown.peek().is_none() {
+            ui.label(RichText::new("No parameter has these words.").weak());
+        }
+        let shown: Vec<_> = shown.collect();
+        shown.into_iter().for_each(|parameter| self::parameter(ui, name, side, parameter, marks));
+    });
+    marks.add(&format!("{name}.more"), folded.header_response.rect);
+}
+
+/// Whether the title, key or description of a parameter contains every word of the search.
+fn matches(side: &Configuration, parameter: &Parameter, search: &str) -> bool {
+    let text = format!("{} {} {}", title(side, parameter), parameter.key(), parameter.doc).to_lowercase();
+    search.to_lowercase().split_whitespace().all(|word| text.contains(word))
 }
 
 /// Applies a preset.
@@ -67,7 +106,7 @@ fn title(side: &Configuration, parameter: &Parameter) -> String {
     let key = parameter.key();
     let is_own = key.strip_prefix(side.technique).is_some_and(|rest| rest.starts_with('.'));
     let words = if same > 1 && !is_own { key.replace('.', " ") } else { parameter.name.to_owned() };
-    words.replace('_', " ")
+    words::sentence(&words)
 }
 
 /// One parameter: name, slider or choice, unit, tooltip, and a button that resets it.
@@ -99,11 +138,12 @@ fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Para
                 )
             }
             (Kind::Choice(names), Value::Text(chosen)) => {
-                let combo = ComboBox::from_id_salt((name, &key)).selected_text(chosen.as_str());
+                let combo = ComboBox::from_id_salt((name, &key)).selected_text(words::choice(chosen));
                 combo
                     .show_ui(ui, |ui| {
                         for name in names {
-                            ui.selectable_value(chosen, (*name).to_owned(), *name);
+                            let choice = ui.selectable_value(chosen, (*name).to_owned(), words::choice(name));
+                            choice.on_hover_text(format!("key: {name}"));
                         }
                     })
                     .response
@@ -114,7 +154,8 @@ fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Para
         marks.add(&format!("{name}.{key}"), response.rect);
         response.labelled_by(label.id).on_hover_text(&tooltip);
         if side.settings.contains_key(&key) {
-            let reset = ui.small_button("reset").on_hover_text(format!("Reset to {}", parameter.default));
+            let reset =
+                ui.small_button("reset").on_hover_text(format!("Reset to {}", words::value(&parameter.default)));
             marks.add(&format!("{name}.{key}.reset"), reset.rect);
             if reset.clicked() {
                 value = parameter.default.clone();
@@ -131,8 +172,8 @@ fn parameter(ui: &mut Ui, name: &str, side: &mut Configuration, parameter: &Para
 fn tooltip(parameter: &Parameter) -> String {
     let unit = if matches!(parameter.unit, "" | "1") { String::new() } else { format!(" {}", parameter.unit) };
     let effect = match parameter.role {
-        Role::Override => "A pipeline-overridable constant: each new value compiles a pipeline.",
-        Role::Uniform => "A uniform: changes do not compile anything.",
+        Role::Override => "A new value compiles a shader.",
+        Role::Uniform => "Takes effect at once.",
         Role::Plan => "Changes the passes and textures of the frame.",
     };
     let (doc, key, range, default) = (parameter.doc, parameter.key(), parameter.range(), &parameter.default);
@@ -225,6 +266,22 @@ pub fn camera(ui: &mut Ui, state: &mut State, own: &Camera, diagonal: f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_search_finds_names_keys_and_descriptions() {
+        let side = Configuration { technique: "radiance-cache", ..Configuration::default() };
+        let all = parameters_of(side.technique());
+        let found = |search: &str| -> Vec<&str> {
+            all.iter().filter(|parameter| matches(&side, parameter, search)).map(|parameter| parameter.name).collect()
+        };
+        assert_eq!(found("spatial FILTER"), ["denoise"]);
+        assert_eq!(found("cache.trusted"), ["trusted"]);
+        assert_eq!(found("no such thing"), Vec::<&str>::new());
+        assert_eq!(found("").len(), all.len());
+        // Two parameters are called storage.
+        let titles: Vec<String> = all.iter().map(|parameter| title(&side, parameter)).collect();
+        assert!(titles.contains(&"Storage".to_owned()) && titles.contains(&"Direct storage".to_owned()), "{titles:?}");
+    }
 
     #[test]
     fn angles_and_directions_are_inverse() {

@@ -15,8 +15,32 @@ const FLY_SPEED: f32 = 0.12;
 /// Speed of orbiting by arrow keys, picture heights per second.
 const KEY_TURN: f32 = 0.25;
 
+/// Width below which a caption has only the letter of its side, points.
+const NARROWEST: f32 = 110.0;
+
 /// Duration that a short key press counts as, seconds.
 const PRESS: f32 = 0.05;
+
+/// A line at the bottom of a side.
+#[derive(Clone, Debug, Default)]
+pub struct Caption {
+    /// Letter of the side and its colour, if two are compared.
+    pub letter: Option<(&'static str, Color32)>,
+    /// Its text; empty for no caption.
+    pub text: String,
+}
+
+/// What was drawn where, and what the pointer did.
+pub struct Place {
+    /// The picture.
+    pub rect: Rect,
+    /// The divider.
+    pub divider: Option<Rect>,
+    /// The pointer above the picture, 0..1 from the left and from the top.
+    pub pointer: Option<[f32; 2]>,
+    /// Whether the picture was double-clicked.
+    pub double_clicked: bool,
+}
 
 /// What the picture shows.
 pub struct Shown<'a> {
@@ -25,13 +49,12 @@ pub struct Shown<'a> {
     /// Width over height.
     pub aspect: f32,
     /// Captions of the sides, at the bottom.
-    pub captions: [String; 2],
+    pub captions: [Caption; 2],
     /// Text in the centre if there is no picture.
     pub placeholder: Option<&'a str>,
 }
 
-/// Draws the picture into the available space and moves camera and divider by pointer, touch and keys. Returns the
-/// rectangles of the picture and of the divider.
+/// Draws the picture into the available space and moves camera and divider by pointer, touch and keys.
 pub fn picture(
     ui: &mut egui::Ui,
     shown: &Shown,
@@ -39,7 +62,7 @@ pub fn picture(
     divider: &mut f32,
     view: &mut Camera,
     diagonal: f32,
-) -> (Rect, Option<Rect>) {
+) -> Place {
     let space = ui.available_rect_before_wrap();
     let width = space.width().min(space.height() * shown.aspect).max(1.0);
     let rect = Rect::from_center_size(space.center(), vec2(width, width / shown.aspect));
@@ -107,17 +130,29 @@ pub fn picture(
     if compare {
         caption(ui, rect, &shown.captions[1], egui::Align2::RIGHT_BOTTOM);
     }
-    (rect, handle.map(|handle| handle.rect))
+    let fraction = |at: egui::Pos2| [(at.x - rect.left()) / rect.width(), (at.y - rect.top()) / rect.height()];
+    let pointer = ui.input(|i| i.pointer.latest_pos()).filter(|&at| rect.contains(at)).map(fraction);
+    Place { rect, divider: handle.map(|handle| handle.rect), pointer, double_clicked: response.double_clicked() }
 }
 
-fn caption(ui: &egui::Ui, rect: Rect, text: &str, corner: egui::Align2) {
-    if text.is_empty() {
+fn caption(ui: &egui::Ui, rect: Rect, caption: &Caption, corner: egui::Align2) {
+    if caption.text.is_empty() {
         return;
     }
     let painter = ui.painter().with_clip_rect(rect);
     // At most half of the picture, so that two captions do not overlap.
     let most = (rect.width() * 0.5 - 24.0).max(40.0);
-    let galley = painter.layout(text.to_owned(), egui::TextStyle::Small.resolve(ui.style()), Color32::WHITE, most);
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let mut job = egui::text::LayoutJob::default();
+    job.wrap.max_width = most;
+    if let Some((letter, colour)) = caption.letter {
+        job.append(&format!("{letter}  "), 0.0, egui::TextFormat::simple(font.clone(), colour));
+    }
+    // A small picture has room for the letters alone.
+    if most >= NARROWEST || caption.letter.is_none() {
+        job.append(&caption.text, 0.0, egui::TextFormat::simple(font, Color32::WHITE));
+    }
+    let galley = painter.layout_job(job);
     let area = corner.align_size_within_rect(galley.size() + vec2(12.0, 8.0), rect.shrink(6.0));
     painter.rect_filled(area, 3.0, Color32::from_black_alpha(170));
     painter.galley(area.min + vec2(6.0, 4.0), galley, Color32::WHITE);

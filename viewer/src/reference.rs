@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use halflight_frame_graph::Gpu;
-use halflight_metrics::{LinearPair, block_rel_mse_with_floor, rel_mse_with_floor, relative_floor, relative_square};
+use halflight_metrics::{Rgb, mean, relative_floor};
 use halflight_renderer::{
     scene::SceneBuffers,
     truth::{Reading, Request, Stop, Trace, Tracer, Truth, TruthError},
@@ -11,17 +11,25 @@ use halflight_renderer::{
 use halflight_scenes::{Camera, Light};
 use wgpu::util::DeviceExt;
 
-use crate::{show::ReferenceTextures, stage::Stage, timing::Work};
+use crate::{
+    error::{Errors, Halves},
+    show::ReferenceTextures,
+    stage::Stage,
+    timing::Work,
+};
 
 /// Samples per pixel after which the tracer stops.
-const MOST_SAMPLES: u32 = 4096;
+pub const MOST_SAMPLES: u32 = 4096;
+
+/// Bounces of a reference for techniques that compute all of them: later ones add less than a hundredth in closed rooms of
+/// an albedo of one half.
+pub const ALL_BOUNCES: u32 = 8;
+
+/// Width of the blocks of pixels over which it is checked that enough light was found.
+const FOUND_BLOCK: u32 = 4;
 
 /// Batches between two passes of the interface on a software adapter, where painting takes as long as one batch.
 const SOFTWARE_BATCHES: u32 = 4;
-
-/// relMSE of the reference's own noise above which errors are not recorded. A noisy reference has pixels that are too
-/// dark, and relMSE divides by them, so it overestimates errors by more than its noise.
-const MOST_NOISE: f64 = 0.05;
 
 /// Batches on the device.
 struct Batch {
@@ -53,6 +61,8 @@ pub struct Subject {
     pub size: [u32; 2],
     /// Frame number of the scene.
     pub frame: u32,
+    /// Bounces of indirect light.
+    pub bounces: u32,
 }
 
 /// The reference so far.
@@ -62,15 +72,15 @@ pub struct Reference {
     /// Samples per pixel.
     pub samples: u32,
     /// `albedo * indirect`.
-    pub reflected: Vec<[f32; 3]>,
+    reflected: Vec<Rgb>,
     /// Diffuse reflectance.
-    pub albedo: Vec<[f32; 3]>,
+    albedo: Vec<Rgb>,
     /// Pixels that show a surface.
-    pub mask: Vec<bool>,
-    /// The `0.01 m^2` of relMSE.
-    pub floor: f64,
-    /// The expected relMSE of a perfect image, caused by the noise of the reference; unknown after a single sample.
-    pub noise: Option<f64>,
+    mask: Vec<bool>,
+    /// Two independent halves of the samples: of the reading before, if it had them, and of this one.
+    halves: Vec<Halves>,
+    /// Whether enough samples have found light to trust its noise.
+    lit: bool,
     /// The reference as textures on the device.
     pub textures: ReferenceTextures,
     /// Number of the reading, so that a new one is noticed.
@@ -119,7 +129,7 @@ impl ReferenceTracer {
                 Tracer::new(gpu, &stage.scene, &stage.buffers)?
             });
         }
-        let request = Request { bounces: 1, ..Request::new(subject.camera, subject.size) };
+        let request = Request { bounces: subject.bounces, ..Request::new(subject.camera, subject.size) };
         if self.trace.is_none() {
             let tracer = self
                 .tracer
@@ -138,7 +148,7 @@ impl ReferenceTracer {
             let Some(state) = reading.take() else { return Ok(true) };
             self.reading = None;
             self.version += 1;
-            self.found = Some(Reference::new(gpu, &state.truth(&request), self.version));
+            self.found = Some(Reference::new(gpu, &state.truth(&request), self.version, self.found.take()));
         }
         // Noise halves with four times the samples, so a reading at every doubling is enough.
         if is_due(trace, self.next_read) {
@@ -161,31 +171,19 @@ impl ReferenceTracer {
 }
 
 impl Reference {
-    fn new(gpu: &Gpu, truth: &Truth, version: u64) -> Self {
+    /// `before`: the reading before this one.
+    fn new(gpu: &Gpu, truth: &Truth, version: u64, before: Option<Self>) -> Self {
         let mask: Vec<bool> = truth.depth.iter().map(|&depth| depth > 0.0).collect();
         let pixels = mask.len();
         let black = vec![[0.0; 3]; pixels];
-        let (mean, error) = match &truth.indirect {
-            Some(light) => (&light.mean, &light.standard_error),
-            None => (&black, &black),
-        };
-        let times = |a: [f32; 3], b: [f32; 3]| [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
-        let reflected: Vec<_> = mean.iter().zip(&truth.albedo).map(|(&light, &albedo)| times(light, albedo)).collect();
-        let counted = || (0..pixels).filter(|&i| mask[i]);
-        let count = (3 * counted().count()).max(1) as f64;
-        let sum: f64 = counted().flat_map(|i| reflected[i]).map(f64::from).sum();
-        let floor = relative_floor(sum / count);
-        // The expected relMSE of a perfect image: the variance of the reference instead of the squared difference.
-        let variance: f64 = counted()
-            .flat_map(|i| {
-                let sigma = times(error[i], truth.albedo[i]);
-                (0..3).map(move |c| (i, c, f64::from(sigma[c])))
-            })
-            .map(|(i, c, sigma)| {
-                let t = f64::from(reflected[i][c]);
-                relative_square(t + sigma, t, floor)
-            })
-            .sum();
+        let light = truth.indirect.as_ref().map_or(&black, |light| &light.mean);
+        let times = |a: Rgb, b: Rgb| [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
+        let reflected: Vec<_> = light.iter().zip(&truth.albedo).map(|(&light, &albedo)| times(light, albedo)).collect();
+        let floor = if mask.contains(&true) { relative_floor(mean(&reflected, Some(&mask))) } else { 0.0 };
+        let halves = before.map_or_else(Vec::new, |mut old| {
+            let latest = Halves::new(&old.reflected, old.samples, &reflected, truth.samples);
+            old.halves.pop().into_iter().chain(latest).collect()
+        });
         let texture = |texel: &dyn Fn(usize) -> [f32; 4]| {
             let texels: Vec<_> = (0..pixels).map(texel).collect();
             let descriptor = wgpu::TextureDescriptor {
@@ -216,26 +214,35 @@ impl Reference {
         Self {
             width: truth.size[0],
             samples: truth.samples,
-            noise: (truth.samples > 1).then_some(variance / count),
+            lit: truth.rel_error(FOUND_BLOCK).is_some(),
             albedo: truth.albedo.clone(),
             reflected,
             mask,
-            floor,
+            halves,
             textures,
             version,
         }
     }
 
-    /// Whether its noise is low enough to compare errors.
-    pub fn is_settled(&self) -> bool {
-        self.noise.is_some_and(|noise| noise <= MOST_NOISE)
+    /// Updates the errors of `albedo * indirect` for this incident indirect light.
+    pub fn compare(&self, light: &[Rgb], errors: &mut Errors) {
+        let picture: Vec<_> =
+            light.iter().zip(&self.albedo).map(|(l, a)| [l[0] * a[0], l[1] * a[1], l[2] * a[2]]).collect();
+        if picture.len() != self.mask.len() {
+            return;
+        }
+        let of = |halves: &Halves| halves.errors(&picture, self.width, &self.mask);
+        match self.halves.as_slice() {
+            [.., before, latest] => errors.update(Some(of(before)), of(latest), self.lit),
+            [latest] => errors.update(None, of(latest), self.lit),
+            [] => {}
+        }
     }
 
-    /// relMSE of `albedo * indirect` for this incident indirect light: over pixels, and over blocks of 4x4 pixels.
-    pub fn rel_mse(&self, light: &[[f32; 3]]) -> [f64; 2] {
-        let image: Vec<_> =
-            light.iter().zip(&self.albedo).map(|(l, a)| [l[0] * a[0], l[1] * a[1], l[2] * a[2]]).collect();
-        let pair = LinearPair::new(&image, &self.reflected, Some(&self.mask));
-        [rel_mse_with_floor(&pair, self.floor), block_rel_mse_with_floor(&pair, self.width, self.floor)]
+    /// What the pixel at this position shows, `albedo * indirect`: the reference's value; `None` outside or in the sky.
+    pub fn pixel(&self, [x, y]: [u32; 2]) -> Option<(Rgb, Rgb)> {
+        let index = (x < self.width).then_some(y as usize * self.width as usize + x as usize)?;
+        let is_surface = *self.mask.get(index)?;
+        is_surface.then(|| (self.reflected[index], self.albedo[index]))
     }
 }

@@ -27,10 +27,8 @@ pub struct SideReport {
     pub rounds: usize,
     /// How they were measured.
     pub method: String,
-    /// relMSE of `albedo * indirect` against the reference.
-    pub rel_mse: Option<f64>,
-    /// The same over blocks of 4x4 pixels.
-    pub block_rel_mse: Option<f64>,
+    /// Errors of `albedo * indirect` against the reference that are known, by the name of the metric.
+    pub errors: BTreeMap<String, f64>,
     /// Whether its last frame is on the screen.
     pub drawn: bool,
     /// Results of the NaN/Inf check; `None` unless the check is open.
@@ -74,12 +72,14 @@ pub struct Report {
     pub scene: String,
     /// Messages to the user, oldest first.
     pub messages: Vec<String>,
+    /// Number of errors that the device reported, such as invalid commands.
+    pub device_errors: usize,
     /// The sides that are shown.
     pub sides: Vec<SideReport>,
     /// Samples per pixel of the reference.
     pub reference_samples: u32,
-    /// The noise of the reference, as relMSE.
-    pub reference_noise: Option<f64>,
+    /// Whether it shows the benchmark page.
+    pub benchmark: bool,
     /// Whether the picture of the current state is complete. Times may still be measured and the reference traced.
     pub settled: bool,
     /// Name of the adapter, from the browser or the driver.

@@ -14,6 +14,7 @@ use halflight_scenes::{Camera, Light};
 
 use crate::{
     check::Check,
+    error::Errors,
     readback::{Reading, TextureReading},
     show::{Look, ReferenceTextures, show},
     stage::Stage,
@@ -46,6 +47,8 @@ pub struct Side {
     lights: Vec<Light>,
     shown: Option<(View, Look, u64)>,
     show: Option<CompiledGraph>,
+    /// Earlier pictures, which the current pass of the interface may still paint.
+    old: Vec<CompiledGraph>,
     texture: Option<eframe::egui::TextureId>,
     drawing: Option<Work>,
     timestamps: Option<Reading>,
@@ -64,15 +67,29 @@ pub struct Side {
     indirect: Option<TextureReading>,
     /// Incident indirect light of the last frame, once it is read back.
     pub light: Option<Vec<[f32; 3]>>,
-    /// relMSE of `albedo * indirect` against the reference, once both are known.
-    pub rel_mse: Option<f64>,
-    /// The same over blocks of 4x4 pixels.
-    pub block_rel_mse: Option<f64>,
-    /// Version of the reference that `rel_mse` belongs to.
+    /// The errors of `albedo * indirect` against the reference.
+    pub errors: Errors,
+    /// Version of the reference that `errors` belong to.
     pub compared_with: u64,
     /// Wall-clock time of the last whole frame, milliseconds.
     pub frame_ms: Option<f64>,
     check: Check,
+}
+
+/// The time of a side's technique.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SideTime {
+    /// There is nothing to measure.
+    NoPasses,
+    /// Too few measurements for a median.
+    Measuring {
+        /// Measurements so far.
+        done: usize,
+        /// Measurements that are needed.
+        of: usize,
+    },
+    /// The running median, milliseconds.
+    Known(f64),
 }
 
 /// The result of `Side::draw`.
@@ -134,6 +151,7 @@ impl Side {
             lights: Vec::new(),
             shown: None,
             show: None,
+            old: Vec::new(),
             texture: None,
             drawing: None,
             timestamps: None,
@@ -145,8 +163,7 @@ impl Side {
             drawn: false,
             indirect: None,
             light: None,
-            rel_mse: None,
-            block_rel_mse: None,
+            errors: Errors::default(),
             compared_with: 0,
             frame_ms: None,
             check: Check::default(),
@@ -183,19 +200,27 @@ impl Side {
         let scene = Externals { scene: Some(&stage.buffers), keep_all, ..Default::default() };
         self.graph.replan(gpu, new, &scene);
         self.times = Times::new(&self.graph, self.method);
-        self.show.take().into_iter().for_each(CompiledGraph::destroy);
+        self.old.extend(self.show.take());
         (self.shown, self.timestamps) = (None, None);
         Ok(true)
     }
 
-    /// Frees its resources on the device.
-    pub fn destroy(self) {
+    /// Frees what earlier passes of the interface have painted. Call it before anything is painted in a pass: the picture
+    /// that was painted in the last one is submitted after that pass, and must exist until then.
+    pub fn free_old(&mut self) {
+        self.old.drain(..).for_each(CompiledGraph::destroy);
+    }
+
+    /// Frees its resources on the device. As for [`Side::free_old`], nothing of it may be painted in the same pass.
+    pub fn destroy(mut self) {
+        self.free_old();
         self.graph.destroy();
         self.show.into_iter().for_each(CompiledGraph::destroy);
     }
 
     /// Draws and measures as far as the device is ready. `measure` asks for times, too; where passes are timed by
-    /// repetition, for at least this many `rounds`.
+    /// repetition, for at least this many `rounds`, those of the scene only with `of_scene`.
+    #[allow(clippy::too_many_arguments)]
     pub fn draw(
         &mut self,
         ctx: &Context,
@@ -204,7 +229,9 @@ impl Side {
         moment: Moment,
         measure: bool,
         rounds: usize,
+        of_scene: bool,
     ) -> Progress {
+        self.times.of_scene = of_scene || self.method == Method::Timestamps;
         if let Some(work) = &self.drawing {
             let Some(took) = work.milliseconds() else { return Progress::Busy };
             self.frame_ms = Some(took);
@@ -260,7 +287,7 @@ impl Side {
         self.unfiltered = self.unfiltered.saturating_sub(1);
         self.moment = Some(moment);
         (self.light, self.indirect, self.compared_with) = (None, None, 0);
-        (self.rel_mse, self.block_rel_mse) = (None, None);
+        self.errors = Errors::default();
         self.check = Check::default();
         let mut seen = camera_view(&moment.camera, self.graph.plan().display_size, stage.facts.near);
         (seen.frame, seen.seed) = (moment.frame, moment.seed);
@@ -310,9 +337,7 @@ impl Side {
         let changed = self.shown.as_ref() != Some(&key);
         if changed {
             self.shown = Some(key);
-            if let Some(old) = self.show.take() {
-                old.destroy();
-            }
+            self.old.extend(self.show.take());
             self.show = show(gpu, &self.graph, view, look, reference.map(|(textures, _)| textures));
             if let Some(show) = &self.show
                 && let Some(display) = show.output("display")
@@ -356,6 +381,11 @@ impl Side {
                 self.light = Some(vec![[0.0; 3]; width as usize * height as usize]);
             }
         }
+    }
+
+    /// Forgets its errors, because the reference shows something else.
+    pub fn forget_errors(&mut self) {
+        (self.errors, self.compared_with) = (Errors::default(), 0);
     }
 
     /// Runs the NaN/Inf check on the last frame, once per change; true while the device works on it.
@@ -416,9 +446,15 @@ impl Side {
         self.round.is_some()
     }
 
-    /// Whether there are enough measurements for a median.
-    pub fn is_measured(&self) -> bool {
-        self.times.rounds() >= if self.method == Method::Timestamps { MEASURED_FRAMES as usize / 2 } else { 1 }
+    /// The time of the technique. Where passes are timed by repetition, it needs this many `rounds`.
+    pub fn time(&self, rounds: usize) -> SideTime {
+        let of = if self.method == Method::Timestamps { MEASURED_FRAMES as usize / 2 } else { rounds };
+        let done = self.times.rounds();
+        match self.times.technique() {
+            _ if !self.plan().passes.iter().any(|pass| pass.part == Part::Technique) => SideTime::NoPasses,
+            Some(ms) if done >= of => SideTime::Known(ms),
+            _ => SideTime::Measuring { done: done.min(of), of },
+        }
     }
 
     /// Running medians of one part of the frame, milliseconds.

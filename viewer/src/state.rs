@@ -7,6 +7,8 @@ use halflight_renderer::{
 use halflight_scenes::{Camera, Light};
 use halflight_techniques::{TECHNIQUES, parameters_of, technique};
 
+use crate::error::Metric;
+
 /// Name of a scene that was dropped onto the viewer. A link cannot open it.
 pub const DROPPED: &str = "dropped";
 
@@ -48,14 +50,6 @@ impl View {
         }
     }
 
-    /// Its name in the interface.
-    pub fn label(&self) -> &str {
-        match self {
-            Self::Reference => "reference",
-            other => other.name(),
-        }
-    }
-
     /// The view of this name in links. Any other name is that of a texture.
     pub fn of(name: &str) -> Self {
         match (name, OUTPUTS.iter().find(|(output, _)| *output == name)) {
@@ -83,6 +77,18 @@ impl Default for Configuration {
 }
 
 impl Configuration {
+    /// Bounces of indirect light that it computes; `None` if its technique has no such setting.
+    pub fn bounces(&self) -> Option<Bounces> {
+        let key = format!("{}.bounces", self.technique);
+        let declared = parameters_of(self.technique()).into_iter().find(|parameter| parameter.key() == key)?;
+        match self.settings.get(&key).unwrap_or(&declared.default) {
+            // A technique whose default is 0 has all of them by it. Otherwise 0 is none.
+            Value::Int(0) if declared.default == Value::Int(0) => Some(Bounces::All),
+            Value::Int(number) => Some(Bounces::Number(u32::try_from(*number).unwrap_or(0))),
+            _ => None,
+        }
+    }
+
     /// The technique's declaration.
     pub fn technique(&self) -> &'static Technique {
         // The name always comes from the list of techniques, so the fallback is never used.
@@ -98,6 +104,15 @@ impl Configuration {
             self.settings.insert(key.to_owned(), value);
         }
     }
+}
+
+/// Bounces of indirect light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Bounces {
+    /// A number of them.
+    Number(u32),
+    /// All of them.
+    All,
 }
 
 /// A change to a light of the scene.
@@ -168,6 +183,8 @@ pub struct State {
     pub frame: u32,
     /// Seed of every random number.
     pub seed: u32,
+    /// The metric of the errors that are shown.
+    pub metric: Metric,
 }
 
 impl Default for State {
@@ -185,11 +202,19 @@ impl Default for State {
             reference: true,
             frame: 0,
             seed: 0,
+            metric: Metric::default(),
         }
     }
 }
 
 impl State {
+    /// Bounces of the reference: the most that a shown side computes, at least one. Otherwise light that a side rightly has
+    /// would count as its error.
+    pub fn reference_bounces(&self) -> Bounces {
+        let shown = self.sides.iter().take(if self.compare { 2 } else { 1 });
+        shown.filter_map(Configuration::bounces).fold(Bounces::Number(1), Ord::max)
+    }
+
     /// The lights of a scene after the changes.
     pub fn lights(&self, lights: &[Light]) -> Vec<Light> {
         let changed = |(index, light): (usize, &Light)| match self.lights.iter().find(|(at, _)| *at == index) {
@@ -213,5 +238,27 @@ impl State {
         self.scene = scene.to_owned();
         (self.camera, self.exposure, self.frame) = (None, None, 0);
         self.lights.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reference_has_the_bounces_of_the_sides() {
+        let mut state = State::default();
+        assert_eq!(state.reference_bounces(), Bounces::Number(1));
+        state.sides[0].set("hierarchical.bounces", Value::Int(3));
+        assert_eq!(state.reference_bounces(), Bounces::Number(3));
+        state.sides[1] = Configuration { technique: "radiance-cache", ..Configuration::default() };
+        // B is not shown.
+        assert_eq!(state.reference_bounces(), Bounces::Number(3));
+        state.compare = true;
+        assert_eq!(state.reference_bounces(), Bounces::All);
+        state.sides[1].set("radiance-cache.bounces", Value::Int(2));
+        assert_eq!(state.reference_bounces(), Bounces::Number(3));
+        state.sides[0] = Configuration { technique: "none", ..Configuration::default() };
+        assert_eq!(state.reference_bounces(), Bounces::Number(2));
     }
 }

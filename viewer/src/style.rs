@@ -1,9 +1,49 @@
 //! Text sizes, spacing and colours of the interface.
 
-use eframe::egui::{Color32, Context, TextStyle, ThemePreference, vec2};
+use std::sync::Arc;
+
+use eframe::egui::{
+    Color32, Context, FontData, FontDefinitions, FontFamily, Rect, RichText, Sense, TextStyle, ThemePreference, Ui,
+    vec2,
+};
+
+/// Colours of A (blue) and B (orange): for letters, points and lines. Distinct with common forms of colour blindness.
+pub const SIDE_COLOURS: [Color32; 2] = [Color32::from_rgb(96, 165, 250), Color32::from_rgb(251, 158, 74)];
+
+/// Names of the sides.
+pub const SIDE_NAMES: [&str; 2] = ["A", "B"];
+
+/// A small square in this colour, as in a legend. Not a character, because fonts may lack it.
+pub fn square(ui: &mut Ui, colour: Color32) -> Rect {
+    let (rect, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
+    ui.painter().rect_filled(rect, 2.0, colour);
+    rect
+}
+
+/// The letter of a side in its colour.
+pub fn letter(side: usize) -> RichText {
+    RichText::new(SIDE_NAMES[side]).color(SIDE_COLOURS[side]).strong()
+}
+
+/// One font for everything: its figures have one width, so columns of numbers need no other one.
+fn fonts() -> FontDefinitions {
+    let mut fonts = FontDefinitions::empty();
+    for (name, bytes) in [
+        ("text", epaint_default_fonts::UBUNTU_LIGHT),
+        // Symbols of egui's own controls.
+        ("icons", epaint_default_fonts::EGUI_ICONS),
+    ] {
+        fonts.font_data.insert(name.to_owned(), Arc::new(FontData::from_static(bytes)));
+        for family in [FontFamily::Proportional, FontFamily::Monospace] {
+            fonts.families.entry(family).or_default().push(name.to_owned());
+        }
+    }
+    fonts
+}
 
 /// Applies the style: targets large enough for fingers, no text smaller than 12 points, high contrast.
 pub fn style(ctx: &Context) {
+    ctx.set_fonts(fonts());
     ctx.set_theme(ThemePreference::Dark);
     // On a slow device a frame can take longer than a click, which still has to count as one.
     ctx.options_mut(|options| options.input_options.max_click_duration = 10.0);
@@ -25,4 +65,28 @@ pub fn style(ctx: &Context) {
             style.text_styles.entry(kind).and_modify(|font| font.size = size);
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use eframe::egui::FontId;
+
+    use super::*;
+
+    #[test]
+    fn figures_have_one_width_and_all_characters_exist() {
+        let ctx = Context::default();
+        style(&ctx);
+        ctx.run_ui(Default::default(), |_| {}).textures_delta.clear();
+        ctx.fonts_mut(|fonts| {
+            for size in [12.0, 13.0, 14.0, 27.0] {
+                let font = FontId::proportional(size);
+                let width = fonts.glyph_width(&font, '0');
+                assert!(('1'..='9').all(|figure| fonts.glyph_width(&font, figure) == width), "{size}");
+                for character in "…–×°²µ%|_".chars() {
+                    assert!(fonts.has_glyph(&font, character), "the font lacks {character}");
+                }
+            }
+        });
+    }
 }

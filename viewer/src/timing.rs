@@ -15,7 +15,7 @@ const KEPT: usize = 31;
 /// Target time of the repetitions of one pass, milliseconds: long compared with a browser's clock resolution.
 const REPEATED_MS: f64 = 40.0;
 /// Repetitions of a pass before its first measurement.
-const FIRST_REPEATS: u32 = 4;
+const FIRST_REPEATS: u32 = 2;
 /// Largest number of repetitions in one submission.
 const MOST_REPEATS: u32 = 64;
 
@@ -64,6 +64,9 @@ pub struct Times {
     when: Vec<When>,
     /// Times of all passes of the technique together, which then have none of their own.
     together: Option<VecDeque<f64>>,
+    /// Whether passes of the scene are measured, too. Their times are shown in a list only, and can take longer than the
+    /// technique.
+    pub of_scene: bool,
 }
 
 fn add(kept: &mut VecDeque<f64>, milliseconds: f64) {
@@ -84,6 +87,7 @@ impl Times {
             passes: passes.iter().map(pass).collect(),
             when: graph.plan().schedule(),
             together: (keeps_buffers && method != Method::Timestamps).then(VecDeque::new),
+            of_scene: method == Method::Timestamps,
         }
     }
 
@@ -139,10 +143,15 @@ impl Times {
         (sum.is_finite() && !self.passes.is_empty()).then_some(sum)
     }
 
-    /// Smallest number of measurements of any pass.
+    /// Whether a pass is measured by itself.
+    fn is_alone(&self, part: Part) -> bool {
+        !self.are_together(part) && (self.of_scene || part == Part::Technique)
+    }
+
+    /// Smallest number of measurements of any pass that is measured. Without such passes it is the largest number.
     pub fn rounds(&self) -> usize {
-        let alone = self.passes.iter().filter(|(_, part, _)| !self.are_together(*part)).map(|(_, _, kept)| kept);
-        alone.chain(&self.together).map(VecDeque::len).min().unwrap_or(0)
+        let alone = self.passes.iter().filter(|(_, part, _)| self.is_alone(*part)).map(|(_, _, kept)| kept);
+        alone.chain(&self.together).map(VecDeque::len).min().unwrap_or(usize::MAX)
     }
 }
 
@@ -229,9 +238,10 @@ impl Drop for Round {
 impl Round {
     /// Starts a round. `times` determines how often each pass is repeated. `ended` is called at the end.
     pub fn start(gpu: &Gpu, graph: &CompiledGraph, times: &Times, ended: impl Fn() + 'static) -> Self {
-        let (together, alone): (Vec<_>, Vec<_>) =
-            times.medians().enumerate().partition(|(_, (_, part, _))| times.are_together(*part));
-        let together: Vec<usize> = together.into_iter().map(|(pass, _)| pass).collect();
+        let passes = || times.medians().enumerate();
+        let together: Vec<usize> =
+            passes().filter(|(_, (_, part, _))| times.are_together(*part)).map(|(pass, _)| pass).collect();
+        let alone = passes().filter(|(_, (_, part, _))| times.is_alone(*part));
         let encode = |pass: Option<usize>, repeats: u32| {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             match pass {
@@ -243,12 +253,12 @@ impl Round {
             }
             encoder.finish()
         };
-        let all = alone.into_iter().map(|(pass, (_, _, ms))| (Some(pass), ms));
+        let all = alone.map(|(pass, (_, _, ms))| (Some(pass), ms));
         let jobs: Vec<_> = all
             .chain(times.together.iter().map(|kept| (None, median(kept))))
             .map(|(pass, ms)| {
                 let repeats = if ms.is_finite() { (REPEATED_MS / ms.max(0.01)) as u32 } else { FIRST_REPEATS };
-                let repeats = repeats.clamp(2, MOST_REPEATS);
+                let repeats = repeats.clamp(1, MOST_REPEATS);
                 (pass, repeats, encode(pass, 1), encode(pass, 1 + repeats))
             })
             .collect();
@@ -317,6 +327,7 @@ mod tests {
             passes: vec![("gather".into(), Part::Technique, VecDeque::new())],
             when: vec![When::EveryFrame(Dependency::Frame)],
             together: None,
+            of_scene: true,
         };
         assert_eq!(times.technique(), None);
         for value in [3.0, 900.0, 1.0, 2.0] {
@@ -334,12 +345,29 @@ mod tests {
             passes: vec![pass("direct", Part::Direct), pass("draw", Part::Technique), pass("trace", Part::Technique)],
             when: vec![When::EveryFrame(Dependency::Frame); 3],
             together: Some(VecDeque::new()),
+            of_scene: true,
         };
         times.add(0, 5.0);
         assert_eq!((times.technique(), times.rounds()), (None, 0));
         times.together = Some([7.0].into());
         assert_eq!((times.technique(), times.rounds(), times.changed_frame()), (Some(7.0), 1, 12.0));
         assert_eq!(times.of_part(Part::Direct), 5.0);
+    }
+
+    #[test]
+    fn only_passes_that_are_measured_count_as_rounds() {
+        let pass = |part, count| ("pass".to_owned(), part, VecDeque::from(vec![1.0; count]));
+        let mut times = Times {
+            passes: vec![pass(Part::Direct, 0), pass(Part::Technique, 3)],
+            when: vec![When::EveryFrame(Dependency::Frame); 2],
+            ..Times::default()
+        };
+        assert_eq!(times.rounds(), 3);
+        times.of_scene = true;
+        assert_eq!(times.rounds(), 0);
+        // Without a technique there is nothing to wait for.
+        (times.of_scene, times.passes) = (false, vec![pass(Part::Direct, 0)]);
+        assert_eq!(times.rounds(), usize::MAX);
     }
 
     #[test]

@@ -6,14 +6,15 @@ use web_time::{Duration, Instant};
 
 use super::{REST, Viewer};
 use crate::{
-    benchmark,
+    error::Metric,
+    messages::Severity,
     plot::{Trade, Tried},
     readback::TextureReading,
-    reference::Subject,
+    reference::{ALL_BOUNCES, Subject},
     show::Look,
-    side::{Moment, Progress, Side},
+    side::{Moment, Progress, Side, SideTime},
     stage::Stage,
-    state::View,
+    state::{Bounces, View},
 };
 
 /// Time between two passes of the interface while a software adapter traces: about that of its batches.
@@ -42,10 +43,15 @@ impl Viewer {
         }
         stage.look_from(camera);
         let frame = if stage.is_animated() { self.frame() } else { 0 };
-        let subject = Subject { camera, lights: stage.scene.lights.clone(), size: self.state.size, frame };
+        let bounces = match self.state.reference_bounces() {
+            Bounces::All => ALL_BOUNCES,
+            Bounces::Number(bounces) => bounces.min(ALL_BOUNCES),
+        };
+        let subject = Subject { camera, lights: stage.scene.lights.clone(), size: self.state.size, frame, bounces };
         if self.reference.reset_unless(&subject) {
             self.reference_done = false;
             self.trade = Trade::default();
+            self.sides.iter_mut().flatten().for_each(Side::forget_errors);
         }
         // A static scene has the same noise in every frame, unless a light is playing.
         let frame = if stage.is_animated() || self.playing.is_some() { self.frame() } else { 0 };
@@ -69,11 +75,12 @@ impl Viewer {
                 Ok(more) => self.reference_done = !more,
                 Err(error) => {
                     self.state.reference = false;
-                    self.say(error.to_string());
+                    self.messages.add(Severity::Warning, format!("{error}; the reference is switched off"));
                 }
             }
         }
         busy |= self.measure_error();
+        busy |= self.finish_focus();
         for (side, open) in self.sides.iter_mut().zip(self.checking) {
             if let Some(side) = side.as_mut().filter(|side| open && side.is_settled() && !side.is_measuring()) {
                 busy |= side.check(&self.gpu);
@@ -105,16 +112,16 @@ impl Viewer {
     ) -> Progress {
         let wanted = index == 0 || self.state.compare;
         if !wanted {
-            if let Some(side) = self.sides[index].take() {
-                side.destroy();
-            }
+            // It may be painted in this pass.
+            self.closed.extend(self.sides[index].take());
             self.side_errors[index] = None;
             return Progress::Idle;
         }
+        let view = self.view();
         let (gpu, size) = (&self.gpu, self.state.size);
         let configuration = &self.state.sides[index];
         // Other textures take over the memory of single steps, unless somebody looks at them.
-        let keep_all = self.checking[index] || matches!(self.state.view, View::Texture(_));
+        let keep_all = self.checking[index] || matches!(view, View::Texture(_));
         let updated = match &mut self.sides[index] {
             Some(side) => side.update(gpu, stage, configuration, size, keep_all),
             None => Side::new(gpu, stage, configuration, size, keep_all).map(|side| {
@@ -131,20 +138,23 @@ impl Viewer {
             }
             Err(error) => self.side_errors[index] = Some(error.to_string()),
         }
-        let other = self.sides[1 - index].as_ref().is_some_and(Side::is_measuring);
+        let rounds = self.rounds();
+        let other = self.sides[1 - index].as_ref().map(|side| (side.is_measuring(), side.times.rounds()));
         let Some(side) = &mut self.sides[index] else { return Progress::Idle };
         if let Some(exposure) = self.state.exposure.map(f32::exp2).or(self.exposure) {
             let look = Look { exposure, range: stage.diagonal() * DEPTH_RANGE };
             let reference = self.reference.found.as_ref().map(|found| (&found.textures, found.version));
-            if side.look(gpu, &self.state.view, look, reference, renderer) {
+            if side.look(gpu, &view, look, reference, renderer) {
                 self.ready = false;
                 ctx.request_repaint();
             }
         }
-        let rounds = if self.benchmark { benchmark::ROUNDS } else { 1 };
-        // Measurements start after the first picture. Only one side is measured at a time.
-        let measure = !other && self.playing.is_none() && (self.exposure.is_some() || self.state.exposure.is_some());
-        side.draw(ctx, gpu, stage, moment, measure, rounds)
+        // The sides take turns, so that both are measured under the same load, and not at once.
+        let own = side.times.rounds();
+        let turn = other.is_none_or(|(measuring, done)| !measuring && (own <= done || done >= rounds));
+        // Measurements start after the first picture.
+        let measure = turn && self.playing.is_none() && (self.exposure.is_some() || self.state.exposure.is_some());
+        side.draw(ctx, gpu, stage, moment, measure, rounds, self.benchmark || self.listing[index])
     }
 
     /// Determines the exposure from the direct light of side A, which does not depend on a technique's settings.
@@ -171,26 +181,27 @@ impl Viewer {
 
     /// Compares the sides with the reference; true while a result is pending.
     fn measure_error(&mut self) -> bool {
+        let rounds = self.rounds();
         let Some(reference) = &self.reference.found else { return false };
         let mut waiting = false;
         for side in self.sides.iter_mut().flatten().filter(|side| side.is_settled()) {
             side.read_light(&self.gpu);
             match &side.light {
                 Some(light) if side.compared_with != reference.version => {
-                    let [pixels, blocks] = reference.rel_mse(light);
-                    (side.rel_mse, side.block_rel_mse) = (Some(pixels), Some(blocks));
+                    reference.compare(light, &mut side.errors);
                     side.compared_with = reference.version;
                 }
                 Some(_) => {}
                 None => waiting = true,
             }
-            if let (Some(milliseconds), Some(rel_mse)) = (side.times.technique(), side.rel_mse)
-                && side.is_measured()
-                && reference.is_settled()
-            {
-                // The reference's own noise is subtracted.
-                let rel_mse = (rel_mse - reference.noise.unwrap_or(0.0)).max(0.0);
-                self.trade.add(Tried { configuration: side.configuration().clone(), milliseconds, rel_mse });
+            let errors = Metric::ALL.map(|metric| side.errors.get(metric).map(|error| error.value()));
+            let milliseconds = match side.time(rounds) {
+                SideTime::Known(ms) => ms,
+                SideTime::NoPasses => 0.0,
+                SideTime::Measuring { .. } => continue,
+            };
+            if errors.iter().any(Option::is_some) {
+                self.trade.add(Tried { configuration: side.configuration().clone(), milliseconds, errors });
             }
         }
         waiting

@@ -2,30 +2,25 @@
 
 use eframe::egui::{Button, ComboBox, RichText, Slider, Ui};
 use halflight_scenes::bundled::NAMES;
+use web_time::{Duration, Instant};
 
 use super::Viewer;
 use crate::{
     address,
+    messages::Severity,
     playing::{Playing, rotated},
     show::showable,
     state::{DROPPED, LightChange, OUTPUTS, SIZES, View},
+    words,
 };
+
+/// Time for which the button says that the link was copied.
+const COPIED: Duration = Duration::from_secs(2);
 
 impl Viewer {
     pub(super) fn bar(&mut self, ui: &mut Ui) {
         ui.horizontal_wrapped(|ui| {
-            ui.strong("Halflight");
             self.scene_choice(ui);
-            let label = |[w, h]: [u32; 2]| format!("{w} x {h}");
-            ComboBox::from_id_salt("size")
-                .selected_text(label(self.state.size))
-                .show_ui(ui, |ui| {
-                    for size in SIZES {
-                        ui.selectable_value(&mut self.state.size, size, label(size));
-                    }
-                })
-                .response
-                .on_hover_text("Size of the picture, pixels");
             self.view_choice(ui);
             let compare = ui.toggle_value(&mut self.state.compare, "A | B").on_hover_text("Compare two configurations");
             self.marks.add("compare", compare.rect);
@@ -40,26 +35,68 @@ impl Viewer {
             if ui.add_enabled(self.undo.has_redo(&self.state), redo).on_hover_text("Ctrl+Shift+Z").clicked() {
                 self.redo_step();
             }
-            if ui.button("Copy link").on_hover_text("Copy a link that opens this view").clicked() {
-                ui.copy_text(self.host.link(&address::write(&self.state)));
+            let label = |[w, h]: [u32; 2]| format!("{w} x {h}");
+            let size = ComboBox::from_id_salt("size").selected_text(label(self.state.size)).show_ui(ui, |ui| {
+                let fit = self.fitting_size(ui.pixels_per_point());
+                ui.selectable_value(&mut self.state.size, fit, format!("fit: {}", label(fit)))
+                    .on_hover_text("One pixel of the picture for each pixel of the screen");
+                for size in SIZES {
+                    ui.selectable_value(&mut self.state.size, size, label(size));
+                }
+            });
+            self.marks.add("size", size.response.on_hover_text("Size of the picture, pixels").rect);
+            if self.host.can_choose_files() {
+                let open =
+                    ui.button("Open…").on_hover_text("Open a scene, an environment map or a preset; or drop it here");
+                self.marks.add("open", open.rect);
+                if open.clicked() {
+                    self.host.choose_files();
+                }
             }
+            let copied = self.copied.is_some_and(|at| at.elapsed() < COPIED);
+            let link = ui.button(if copied { "Link copied" } else { "Copy link" });
+            self.marks.add("link", link.rect);
+            if link.on_hover_text("Copy a link that opens this view").clicked() {
+                ui.copy_text(self.host.link(&address::write(&self.state)));
+                self.copied = Some(Instant::now());
+                if self.state.scene == DROPPED {
+                    let sentence = "the link does not contain your files: send them along";
+                    self.messages.add(Severity::Warning, sentence);
+                }
+            }
+            if copied {
+                ui.request_repaint_after(COPIED);
+            }
+            let help = ui.selectable_label(self.help, "?").on_hover_text("Help: mouse, touch and keys");
+            self.marks.add("help", help.rect);
+            self.help ^= help.clicked();
         });
     }
 
     fn scene_choice(&mut self, ui: &mut Ui) {
         let mut chosen = self.state.scene.clone();
-        let scene = ComboBox::from_id_salt("scene").selected_text(&chosen).show_ui(ui, |ui| {
-            for name in NAMES {
-                ui.selectable_value(&mut chosen, (*name).to_owned(), *name);
-            }
-            if let Some(dropped) = &self.dropped {
-                ui.selectable_value(&mut chosen, DROPPED.to_owned(), format!("{DROPPED}: {}", dropped.name));
-            }
-        });
-        let response = scene.response.on_hover_text("Scene; drop an OBJ file with its materials to open your own");
+        let own = self.dropped.as_ref().map(|scene| scene.name.clone());
+        let title = |name: &str| match &own {
+            Some(own) if name == DROPPED => format!("{own} (yours)"),
+            _ => words::scene(name),
+        };
+        let scene = ComboBox::from_id_salt("scene").selected_text(title(&chosen)).width(150.0).height(480.0).show_ui(
+            ui,
+            |ui| {
+                for name in NAMES {
+                    let choice = ui.selectable_value(&mut chosen, (*name).to_owned(), title(name));
+                    choice.on_hover_text(format!("key: {name}"));
+                }
+                if own.is_some() {
+                    ui.selectable_value(&mut chosen, DROPPED.to_owned(), title(DROPPED));
+                }
+            },
+        );
+        let response = scene.response.on_hover_text("Scene; drop a model with its materials to open your own");
         self.marks.add("scene", response.rect);
         if chosen != self.state.scene {
             self.state.open(&chosen);
+            self.home = None;
         }
     }
 
@@ -68,18 +105,19 @@ impl Viewer {
         let textures: Vec<String> =
             self.sides[0].iter().flat_map(|side| showable(side.plan())).map(str::to_owned).collect();
         let response = ComboBox::from_id_salt("view")
-            .selected_text(view.label())
+            .selected_text(words::view(view.name()))
+            .width(130.0)
             .height(420.0)
             .show_ui(ui, |ui| {
-                for (name, what) in OUTPUTS {
-                    ui.selectable_value(view, View::Output(name), name).on_hover_text(what);
-                }
-                for (choice, what) in [
+                let outputs = OUTPUTS.map(|(name, what)| (View::Output(name), what));
+                let compared = [
                     (View::Reference, "the path-traced picture"),
                     (View::Error, "the relative error of albedo * indirect against the reference"),
-                ] {
-                    let label = choice.label().to_owned();
-                    ui.selectable_value(view, choice, label).on_hover_text(what);
+                ];
+                for (choice, what) in outputs.into_iter().chain(compared) {
+                    let tip = format!("{what}\n\nkey: {}", choice.name());
+                    let title = words::view(choice.name());
+                    ui.selectable_value(view, choice, title).on_hover_text(tip);
                 }
                 ui.separator();
                 ui.label(RichText::new("Textures of the frame").weak());

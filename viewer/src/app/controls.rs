@@ -1,41 +1,61 @@
-//! The controls beside the picture: techniques, reference, times, plan, memory, check, lights, camera, exposure.
+//! The controls beside the picture: the result, techniques, reference, times, plan, memory, check, lights, camera, exposure.
 
-use eframe::egui::{CollapsingHeader, DragValue, Rect, RichText, ScrollArea, Slider, Ui};
+use eframe::egui::{CollapsingHeader, DragValue, Rect, RichText, ScrollArea, Slider, Ui, text::LayoutJob};
 
 use super::Viewer;
-use crate::{check, export, numbers, panels};
+use crate::{
+    check, export,
+    messages::Severity,
+    numbers, panels,
+    style::{SIDE_COLOURS, SIDE_NAMES},
+    words,
+};
 
-/// The sides' names in titles.
-const NAMES: [&str; 2] = ["A", "B"];
 /// The sides' names in marks, as in links.
 const MARKS: [&str; 2] = ["a", "b"];
+
+/// How the exposure is chosen.
+const EXPOSURE: &str = "Keeps 95 % of the lit pixels of the direct light on the linear part of the tone curve";
 
 impl Viewer {
     pub(super) fn controls(&mut self, ui: &mut Ui) {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            for (index, name) in NAMES.into_iter().enumerate() {
+            self.result(ui);
+            ui.separator();
+            for (index, mark) in MARKS.into_iter().enumerate() {
                 if index == 1 && !self.state.compare {
                     continue;
                 }
-                let title = if self.state.compare { format!("Technique {name}") } else { "Technique".to_owned() };
-                section(ui, &title, true, |ui| {
-                    ui.push_id(name, |ui| {
-                        let side = &mut self.state.sides[index];
-                        panels::configuration(ui, MARKS[index], side, &mut self.marks);
+                let technique = words::technique(self.state.sides[index].technique);
+                let letter = self.state.compare.then_some(index);
+                side_section(ui, letter, &technique, |ui| {
+                    ui.push_id(index, |ui| {
+                        let (side, search) = (&mut self.state.sides[index], &mut self.search[index]);
+                        panels::configuration(ui, mark, side, search, &mut self.marks);
                     });
+                    self.notes(ui, index);
                     if let Some(error) = &self.side_errors[index] {
                         ui.colored_label(ui.visuals().error_fg_color, error);
                     }
                     self.exports(ui, index);
                 });
             }
-            section(ui, "Reference and error", true, |ui| self.reference_and_error(ui));
-            for (index, name) in NAMES.into_iter().enumerate() {
+            section(ui, "Reference", false, |ui| {
+                let label = "path-trace a reference while the camera is still";
+                let toggle = ui.checkbox(&mut self.state.reference, label);
+                self.marks.add("reference", toggle.rect);
+                ui.label(self.reference_state());
+            });
+            for (index, mark) in MARKS.into_iter().enumerate() {
                 let Some(side) = &self.sides[index] else { continue };
-                let of = if self.state.compare { format!(" of {name}") } else { String::new() };
-                let checking = &mut self.checking[index];
-                ui.push_id(name, |ui| {
-                    section(ui, &format!("Times{of}"), index == 0, |ui| numbers::times(ui, side));
+                let of = if self.state.compare { format!(" of {}", SIDE_NAMES[index]) } else { String::new() };
+                let (checking, listing) = (&mut self.checking[index], &mut self.listing[index]);
+                ui.push_id(index, |ui| {
+                    let times = section(ui, &format!("Times{of}"), false, |ui| {
+                        *listing = true;
+                        numbers::times(ui, side);
+                    });
+                    self.marks.add(&format!("{}.times", mark), times);
                     section(ui, &format!("Plan{of}"), false, |ui| numbers::plan(ui, side.plan()));
                     let scene = self.stage.as_ref().map_or(0, |stage| stage.buffers.bytes());
                     section(ui, &format!("Memory{of}"), false, |ui| numbers::memory(ui, side.plan(), scene));
@@ -44,7 +64,7 @@ impl Viewer {
                         *checking = true;
                         check::table(ui, side.check_results());
                     });
-                    self.marks.add(&format!("{}.check", MARKS[index]), check);
+                    self.marks.add(&format!("{}.check", mark), check);
                 });
             }
             if let Some(stage) = &self.stage {
@@ -54,16 +74,29 @@ impl Viewer {
                     panels::camera(ui, &mut self.state, &stage.scene.camera, diagonal);
                 });
             }
-            section(ui, "Picture", false, |ui| self.exposure(ui));
+            section(ui, "Exposure and seed", false, |ui| self.exposure(ui));
             ui.add_space(6.0);
             ui.label(RichText::new(&self.adapter).weak().small());
         });
     }
 
+    /// What the plan of a side leaves out.
+    fn notes(&self, ui: &mut Ui, index: usize) {
+        let Some(side) = &self.sides[index] else { return };
+        let technique = side.configuration().technique;
+        // The name of the baseline says what it leaves out.
+        for note in side.plan().notes.iter().filter(|_| technique != "none") {
+            let note = match note.strip_prefix(technique) {
+                Some(rest) => format!("{}{rest}.", words::technique(technique)),
+                None => note.clone(),
+            };
+            ui.label(RichText::new(note).color(ui.visuals().warn_fg_color).size(13.0));
+        }
+    }
+
     fn exposure(&mut self, ui: &mut Ui) {
         let mut automatic = self.state.exposure.is_none();
-        ui.checkbox(&mut automatic, "automatic exposure")
-            .on_hover_text("Keeps 95 % of the lit pixels of the direct light on the linear part of the tone curve");
+        ui.checkbox(&mut automatic, "automatic exposure").on_hover_text(EXPOSURE);
         let found = self.exposure.map_or(0.0, f32::log2);
         let mut stops = self.state.exposure.unwrap_or(found);
         let slider = ui.add_enabled(!automatic, Slider::new(&mut stops, -12.0..=12.0).text("stops").max_decimals(2));
@@ -85,11 +118,12 @@ impl Viewer {
             self.marks.add(&format!("{}.command", MARKS[index]), copy.rect);
             if copy.clicked() {
                 ui.copy_text(line);
+                self.messages.add(Severity::Note, "the command was copied");
             }
             if ui.button("Save preset").on_hover_text("Save a file for --preset, or to drop here").clicked() {
                 let text = export::preset(&side).to_toml();
                 let message = self.host.save(&format!("{}.toml", side.technique), text.as_bytes());
-                self.say(message);
+                self.messages.add(Severity::Note, message);
             }
             let save = ui
                 .button("Save scene")
@@ -109,49 +143,10 @@ impl Viewer {
             Ok(files) => {
                 for (name, bytes) in files {
                     let message = self.host.save(&name, &bytes);
-                    self.say(message);
+                    self.messages.add(Severity::Note, message);
                 }
             }
-            Err(error) => self.say(error.to_string()),
-        }
-    }
-
-    fn reference_and_error(&mut self, ui: &mut Ui) {
-        let toggle = ui.checkbox(&mut self.state.reference, "path-trace a reference while the camera is still");
-        self.marks.add("reference", toggle.rect);
-        match &self.reference.found {
-            Some(reference) => {
-                let noise = reference.noise.map_or("unknown".to_owned(), numbers::percent);
-                ui.label(format!("{} samples per pixel; noise of the reference: {noise}", reference.samples));
-                if !reference.is_settled() {
-                    ui.label(
-                        RichText::new("The reference is still noisy, so errors look larger than they are.").weak(),
-                    );
-                }
-                for (index, name) in NAMES.into_iter().enumerate() {
-                    let side = self.sides[index].as_ref();
-                    if let Some((error, blocks)) = side.and_then(|side| side.rel_mse.zip(side.block_rel_mse)) {
-                        let clean = (error - reference.noise.unwrap_or(0.0)).max(0.0);
-                        ui.label(format!(
-                            "Error of {name}: {}; without the reference's noise: {}",
-                            numbers::percent(error),
-                            numbers::percent(clean)
-                        ))
-                        .on_hover_text(format!(
-                            "Square root of relMSE, which compares albedo * indirect with the reference. relMSE is \
-                             {error:.4}, and {blocks:.4} over means of 4x4 pixels; reports show the same metrics."
-                        ));
-                    }
-                }
-            }
-            None if self.state.reference => {
-                ui.label("The reference starts after the picture is drawn and timed.");
-            }
-            None => drop(ui.label("Off.")),
-        }
-        let current = [0, 1].map(|index| self.sides[index].as_ref().map(|side| side.configuration()));
-        if let Some(chosen) = self.trade.show(ui, current) {
-            self.state.sides[0] = chosen;
+            Err(error) => self.messages.add(Severity::Failure, error.to_string()),
         }
     }
 }
@@ -159,4 +154,18 @@ impl Viewer {
 /// A collapsible part of the controls. Returns the rectangle of its title.
 fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) -> Rect {
     CollapsingHeader::new(RichText::new(title).strong()).default_open(open).show(ui, contents).header_response.rect
+}
+
+/// A collapsible part for a side, with its letter in its colour if two are compared.
+fn side_section(ui: &mut Ui, side: Option<usize>, title: &str, contents: impl FnOnce(&mut Ui)) {
+    let mut job = LayoutJob::default();
+    let strong = ui.visuals().strong_text_color();
+    let font = eframe::egui::TextStyle::Body.resolve(ui.style());
+    if let Some(side) = side {
+        let format = eframe::egui::TextFormat::simple(font.clone(), SIDE_COLOURS[side]);
+        job.append(&format!("{}  ", SIDE_NAMES[side]), 0.0, format);
+    }
+    job.append(title, 0.0, eframe::egui::TextFormat::simple(font, strong));
+    let id = ui.make_persistent_id(("side", side));
+    CollapsingHeader::new(job).id_salt(id).default_open(true).show(ui, contents);
 }

@@ -9,13 +9,17 @@ use halflight_scenes::Scene;
 use super::Viewer;
 #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
 use crate::side::Side;
-use crate::{plot::Trade, reference::ReferenceTracer, scenes, stage::Stage, state::DROPPED};
+use crate::{messages::Severity, plot::Trade, reference::ReferenceTracer, scenes, stage::Stage, state::DROPPED};
+
+/// Warnings of a scene that are shown.
+const MOST_WARNINGS: usize = 4;
 
 impl Viewer {
     /// Opens dropped files and shows errors of the device.
     pub(super) fn receive(&mut self, ctx: &egui::Context) {
         let errors: Vec<_> = self.device_errors.lock().unwrap_or_else(PoisonError::into_inner).drain(..).collect();
-        errors.into_iter().for_each(|sentence| self.say(sentence));
+        self.device_error_count += errors.len();
+        errors.into_iter().for_each(|sentence| self.messages.add(Severity::Failure, sentence));
         let files = ctx.input(|i| i.raw.dropped_files.clone());
         if !files.is_empty() {
             self.read_dropped(ctx, files);
@@ -23,7 +27,7 @@ impl Viewer {
         let arrived: Vec<_> = self.inbox.lock().unwrap_or_else(PoisonError::into_inner).drain(..).collect();
         for files in arrived {
             if let Err(sentence) = files.and_then(|files| self.open_now(files)) {
-                self.say(sentence);
+                self.messages.add(Severity::Failure, sentence);
             }
         }
     }
@@ -33,7 +37,7 @@ impl Viewer {
     pub(super) fn reload_shaders(&mut self) {
         while let Ok(changes) = self.shader_changes.try_recv() {
             let changes = changes.unwrap_or_else(|error| {
-                self.say(format!("shaders are not reloaded: {error}"));
+                self.messages.add(Severity::Failure, format!("shaders are not reloaded: {error}"));
                 Vec::new()
             });
             let mut replaced = 0;
@@ -43,8 +47,11 @@ impl Viewer {
                         self.gpu.replace_source(shader, source);
                         replaced += 1;
                     }
-                    (Ok(_), None) => self.say(format!("{name} is a new shader: build the program again to use it")),
-                    (Err(error), _) => self.say(error),
+                    (Ok(_), None) => {
+                        let sentence = format!("{name} is a new shader: build the program again to use it");
+                        self.messages.add(Severity::Warning, sentence);
+                    }
+                    (Err(error), _) => self.messages.add(Severity::Failure, error),
                 }
             }
             if replaced > 0 {
@@ -53,7 +60,7 @@ impl Viewer {
                 self.reference = ReferenceTracer::default();
                 self.reference_done = false;
                 self.trade = Trade::default();
-                self.say(format!("{replaced} shaders were reloaded"));
+                self.messages.add(Severity::Note, format!("{replaced} shaders were reloaded"));
             }
         }
     }
@@ -83,11 +90,14 @@ impl Viewer {
                 .path()
                 .extension()
                 .is_some_and(|e| ["obj", "gltf", "glb", "toml"].iter().any(|known| e.eq_ignore_ascii_case(known)))
-            && !is_preset(file.bytes().as_deref().unwrap_or_default())
+            && !scenes::is_preset(file.bytes().as_deref().unwrap_or_default())
         {
             match halflight_scenes::load_scene(&halflight_scenes::DiskFiles, file.path()) {
-                Ok(scene) => self.open_scene(scene),
-                Err(error) => self.say(error.to_string()),
+                Ok(mut scene) => {
+                    let warnings = std::mem::take(&mut scene.warnings);
+                    self.open_scene(scene, warnings);
+                }
+                Err(error) => self.messages.add(Severity::Failure, error.to_string()),
             }
             return;
         }
@@ -102,30 +112,36 @@ impl Viewer {
     }
 
     fn open_now(&mut self, files: Vec<(String, Vec<u8>)>) -> Result<(), String> {
-        if let [(name, bytes)] = files.as_slice()
-            && name.ends_with(".toml")
-            && is_preset(bytes)
-        {
-            let text = String::from_utf8_lossy(bytes);
-            let preset =
-                halflight_techniques::preset::Preset::read(name.as_ref(), &text).map_err(|error| error.to_string())?;
-            crate::panels::apply(&mut self.state.sides[0], &preset);
-            self.say(format!("{name} was applied to A"));
-            return Ok(());
+        let opened = scenes::dropped(files).map_err(|error| error.to_string())?;
+        let mut scene = opened.scene;
+        if let (Some(environment), Some(stage)) = (opened.environment, &self.stage) {
+            let mut lit = stage.scene.clone();
+            lit.lights.clone_from(&stage.original_lights);
+            lit.environment = Some(environment);
+            scene = Some(lit);
         }
-        let scene = scenes::dropped(files).map_err(|error| error.to_string())?;
-        self.open_scene(scene);
+        if let Some(scene) = scene {
+            self.open_scene(scene, opened.warnings);
+        }
+        for (name, preset) in opened.presets {
+            crate::panels::apply(&mut self.state.sides[0], &preset);
+            self.messages.add(Severity::Note, format!("{name} was applied to A"));
+        }
         Ok(())
     }
 
-    fn open_scene(&mut self, scene: Scene) {
+    fn open_scene(&mut self, scene: Scene, warnings: Vec<String>) {
         self.messages.clear();
-        for warning in scene.warnings.iter().take(3) {
-            self.say(warning.clone());
+        let more = warnings.len().saturating_sub(MOST_WARNINGS);
+        warnings.into_iter().take(MOST_WARNINGS).for_each(|warning| self.messages.add(Severity::Warning, warning));
+        if more > 0 {
+            let sentence = format!("{more} more warnings: `evaluator render` prints all of them");
+            self.messages.add(Severity::Warning, sentence);
         }
         self.dropped = Some(scene);
         self.loaded.clear();
         self.state.open(DROPPED);
+        self.home = None;
     }
 
     /// Loads the scene of the state; false while there is no scene to draw.
@@ -152,21 +168,17 @@ impl Viewer {
         let scene = match fitting {
             Ok(scene) => scene,
             Err(sentence) => {
-                self.say(sentence);
+                self.messages.add(Severity::Failure, sentence);
                 return self.stage.is_some();
             }
         };
-        self.sides = [None, None];
+        self.closed.extend(self.sides.iter_mut().filter_map(Option::take));
         self.reference = ReferenceTracer::default();
+        self.reference_done = false;
         self.trade = Trade::default();
         (self.exposure, self.exposure_of, self.exposure_reading) = (None, None, None);
         (self.stage, self.playing) = (None, None);
         self.stage = Some(Stage::new(&self.gpu, scene, self.software));
         self.stage.is_some()
     }
-}
-
-/// Whether a TOML file is a preset: it has a key `technique`.
-fn is_preset(bytes: &[u8]) -> bool {
-    String::from_utf8_lossy(bytes).lines().any(|line| line.trim_start().starts_with("technique"))
 }

@@ -133,9 +133,7 @@ impl Page {
         for domain in ["Page", "Runtime", "Network", "Log"] {
             page.call(&format!("{domain}.enable"), json!({}));
         }
-        // A scale of 0 leaves the browser's own.
-        let metrics = json!({ "width": size[0], "height": size[1], "deviceScaleFactor": 0, "mobile": false });
-        page.call("Emulation.setDeviceMetricsOverride", metrics);
+        page.resize(size);
         page
     }
 
@@ -237,10 +235,25 @@ impl Page {
         self.send("", "Browser.crashGpuProcess", &json!({}));
     }
 
-    /// The report of the viewer; null before it runs.
+    /// The report of the viewer, with marks relative to the page instead of the canvas; null before it runs.
     pub fn report(&mut self) -> Value {
-        let text = self.evaluate("window.halflight ? window.halflight.report() : ''");
+        let text = self.evaluate(
+            "(() => {
+               if (!window.halflight?.report()) return '';
+               const report = JSON.parse(window.halflight.report());
+               const { left, top } = document.getElementById('view').getBoundingClientRect();
+               for (const mark of Object.values(report.marks)) { mark[0] += left; mark[1] += top; }
+               return JSON.stringify(report);
+             })()",
+        );
         serde_json::from_str(text.as_str().unwrap_or_default()).unwrap_or(Value::Null)
+    }
+
+    /// Changes the size of the page, CSS pixels.
+    pub fn resize(&mut self, [width, height]: [u32; 2]) {
+        // A scale of 0 leaves the browser's own.
+        let metrics = json!({ "width": width, "height": height, "deviceScaleFactor": 0, "mobile": false });
+        self.call("Emulation.setDeviceMetricsOverride", metrics);
     }
 
     /// Waits until a report is as wanted, and returns it. Fails when the browser stops working or works for too long.
@@ -321,6 +334,34 @@ impl Page {
             let key = json!({ "type": kind, "key": name, "code": name, "windowsVirtualKeyCode": code });
             self.call("Input.dispatchKeyEvent", key);
             self.frame();
+        }
+    }
+
+    /// Moves the pointer, CSS pixels.
+    pub fn point(&mut self, at: [f64; 2]) {
+        self.mouse("mouseMoved", at, 0);
+        self.frame();
+    }
+
+    /// Clicks without waiting for a frame.
+    pub fn click_quickly(&mut self, at: [f64; 2]) {
+        self.mouse("mouseMoved", at, 0);
+        self.mouse("mousePressed", at, 1);
+        self.mouse("mouseReleased", at, 0);
+    }
+
+    /// Drags without waiting for a frame.
+    pub fn drag_quickly(&mut self, from: [f64; 2], to: [f64; 2]) {
+        self.mouse("mouseMoved", from, 0);
+        self.mouse("mousePressed", from, 1);
+        self.mouse("mouseMoved", to, 1);
+        self.mouse("mouseReleased", to, 0);
+    }
+
+    /// Presses a key by its DOM name without waiting for a frame.
+    pub fn key_quickly(&mut self, name: &str) {
+        for kind in ["keyDown", "keyUp"] {
+            self.call("Input.dispatchKeyEvent", json!({ "type": kind, "key": name, "code": name }));
         }
     }
 

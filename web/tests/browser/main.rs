@@ -5,9 +5,11 @@
 
 mod chromium;
 mod controls;
+mod errors;
 mod failures;
 mod patience;
 mod pictures;
+mod random;
 mod speed;
 
 use std::{
@@ -38,8 +40,8 @@ fn demo() -> String {
         let dist = target().join("dist");
         let size = halflight_bundle::build(&dist).unwrap();
         println!("bundle: {:.2} MB, {:.2} MB compressed", size.raw as f64 / 1e6, size.gzip as f64 / 1e6);
-        // The largest download that is acceptable on a phone.
-        assert!(size.gzip < 5_000_000, "the compressed bundle has {} bytes", size.gzip);
+        // With brotli, as most hosts send it, about two thirds of this: 2 MB.
+        assert!(size.gzip < 3_200_000, "the compressed bundle has {} bytes", size.gzip);
         halflight_bundle::serve(&dist, 0).unwrap()
     });
     format!("http://{address}/")

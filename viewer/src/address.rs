@@ -218,6 +218,19 @@ mod tests {
         assert_eq!(read(OPENING).1, Vec::<String>::new());
     }
 
+    /// The links of the page's set-ups.
+    #[test]
+    fn every_set_up_of_the_page_is_a_link_without_an_error() {
+        let page = include_str!("../../web/page/index.html").replace("&amp;", "&");
+        let links: Vec<&str> = page.split("href=\"#").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+        assert!(links.len() >= 4, "{links:?}");
+        for link in &links {
+            assert_eq!(read(link).1, Vec::<String>::new(), "{link}");
+        }
+        // The first one is what the page opens with.
+        assert_eq!(read(links[0]), read(OPENING));
+    }
+
     #[test]
     fn a_link_can_compare_without_a_divider() {
         let (state, errors) = read("compare=on&a=none");

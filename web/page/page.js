@@ -8,9 +8,13 @@ const LOSSES_WITHIN = 60000;
 const byId = (id) => document.getElementById(id);
 const losses = [];
 let program;
+// Number of times that the viewer was opened.
+let openings = 0;
 
-// Shows a message: what happened, what to do (a list), the browser's own message, and what "Try again" does.
+// Shows a message: what happened, what to do (a list), the browser's own message, and what "Try again" does. Without
+// anything to do, the program is on its way, and the picture of its first view is shown.
 function say(title, what, fixes = [], details = "", retry = null) {
+  byId("message").classList.toggle("failed", fixes.length > 0 || !!retry);
   byId("title").textContent = title;
   byId("what").textContent = what;
   byId("fixes").replaceChildren(...fixes.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
@@ -30,8 +34,23 @@ function freshCanvas() {
   return canvas;
 }
 
+// Keeps the message until there is a picture to see, or something to read.
+async function untilFirstPicture(opened) {
+  say("Drawing the first picture…", "");
+  while (opened === openings) {
+    const report = JSON.parse(program.report() || "null");
+    if (report && (report.first_picture_ms !== null || report.messages.length > 0 || report.benchmark)) {
+      byId("message").hidden = true;
+      byId("view").focus();
+      return;
+    }
+    await new Promise((done) => setTimeout(done, 50));
+  }
+}
+
 async function open() {
-  say("Loading…", "");
+  const opened = ++openings;
+  say("Loading…", program ? "" : "The program has 2 MB.");
   if (!window.isSecureContext) {
     return say("This address is not secure", "Browsers offer WebGPU only over https and on the local computer.", [
       "Open the page over https.",
@@ -58,9 +77,8 @@ async function open() {
     program ??= await import("./halflight_web.js").then(async (module) => (await module.default({ module_or_path: "halflight_web_bg.wasm" }), module));
     const address = location.hash.slice(1);
     await program.start(freshCanvas(), address);
-    byId("message").hidden = true;
     window.halflight = program;
-    byId("view").focus();
+    untilFirstPicture(opened);
   } catch (error) {
     console.error(error);
     say("The viewer could not start", "The graphics device does not provide what the viewer needs.", [
@@ -75,6 +93,22 @@ window.halflightSave = (name, contents) => {
   Object.assign(document.createElement("a"), { href: url, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(url), 10000);
 };
+
+// Asks for files and opens them as if they had been dropped.
+window.halflightChoose = () => byId("files").click();
+byId("files").addEventListener("change", async (event) => {
+  const files = [...event.target.files];
+  event.target.value = "";
+  const read = await Promise.all(files.map(async (file) => [file.name, new Uint8Array(await file.arrayBuffer())]));
+  for (const [name, bytes] of read) program.add_file(name, bytes);
+  program.open_files();
+});
+
+byId("setups-open").addEventListener("click", () => byId("setups").showModal());
+byId("setups").addEventListener("click", (event) => {
+  // The dialog's own area is its backdrop and padding.
+  if (event.target === byId("setups") || event.target.closest("a")) byId("setups").close();
+});
 
 window.halflightLost = (reason) => {
   const now = performance.now();
@@ -94,7 +128,8 @@ window.halflightLost = (reason) => {
 
 window.addEventListener("error", (event) => {
   if (String(event.message).includes("unreachable") || String(event.message).includes("panicked")) {
-    say("The viewer stopped", "An internal error occurred. The link to your view is still in the address bar.", [
+    openings++;
+    say("The viewer stopped", "Halflight hit an internal error. The link to your view is still in the address bar.", [
       "Reload the page.",
       "If it happens again, remove the part of the address after the #.",
     ], String(event.message), () => location.reload());

@@ -10,6 +10,9 @@ extern "C" {
     /// Offers a file for download. Defined by the page.
     #[wasm_bindgen(js_name = halflightSave)]
     fn save(name: &str, contents: &[u8]);
+    /// Asks the user for files. Defined by the page.
+    #[wasm_bindgen(js_name = halflightChoose)]
+    fn choose();
     /// Called when the device is lost. Defined by the page.
     #[wasm_bindgen(js_name = halflightLost)]
     fn device_lost(reason: &str);
@@ -17,6 +20,8 @@ extern "C" {
 
 thread_local! {
     static RUNNER: RefCell<Option<eframe::WebRunner>> = const { RefCell::new(None) };
+    /// Files that were chosen together, until they are opened.
+    static CHOSEN: RefCell<Vec<(String, Vec<u8>)>> = const { RefCell::new(Vec::new()) };
 }
 
 /// The page around the viewer.
@@ -45,6 +50,14 @@ impl Host for Page {
     fn adapter(&self) -> Option<String> {
         let window = web_sys::window()?;
         js_sys::Reflect::get(&window, &"halflightAdapter".into()).ok()?.as_string()
+    }
+
+    fn can_choose_files(&self) -> bool {
+        true
+    }
+
+    fn choose_files(&mut self) {
+        choose();
     }
 
     fn first_picture(&mut self) {
@@ -91,6 +104,19 @@ pub fn report() -> String {
 #[wasm_bindgen]
 pub fn go_to(address: &str) {
     with(|viewer| viewer.go_to(address));
+}
+
+/// Adds a file to those that [`open_files`] opens.
+#[wasm_bindgen]
+pub fn add_file(name: String, bytes: Vec<u8>) {
+    CHOSEN.with_borrow_mut(|files| files.push((name, bytes)));
+}
+
+/// Opens the added files as if they had been dropped together.
+#[wasm_bindgen]
+pub fn open_files() {
+    let files = CHOSEN.take();
+    with(|viewer| viewer.open(files));
 }
 
 /// An output of side A, for example `indirect`: four numbers per pixel, rows from top to bottom; empty if there is no

@@ -16,7 +16,20 @@ use flate2::{Compression, write::GzEncoder};
 use halflight_output::{FolderError, OutputFolder};
 
 /// Files of the page itself.
-const PAGE: [&str; 3] = ["index.html", "page.css", "page.js"];
+const PAGE: [&str; 9] = [
+    "index.html",
+    "page.css",
+    "page.js",
+    "icon.svg",
+    "opening.jpg",
+    "setup-cornell.jpg",
+    "setup-court.jpg",
+    "setup-room.jpg",
+    "setup-screen.jpg",
+];
+
+/// The line of index.html with the link to the sources.
+const SOURCE: &str = "<a id=\"source\" href=\"{source}\">Source and docs</a>";
 
 /// Files that wasm-bindgen writes.
 const BOUND: [&str; 2] = ["halflight_web.js", "halflight_web_bg.wasm"];
@@ -39,11 +52,14 @@ pub fn claim(dist: &Path) -> Result<(), FolderError> {
     PAGE.iter().chain(&BOUND).try_for_each(|name| folder.claim(name).map(drop))
 }
 
-/// Builds the demo into a folder; files of the same names are replaced.
+/// Builds the demo into a folder; files of the same names are replaced. The page links to `source`, the address of the
+/// sources and documentation, or to that of Cargo.toml (`repository`). Without an address there is no link.
 ///
 /// # Errors
 /// One sentence: what failed, and the fix.
-pub fn build(dist: &Path) -> Result<Size, String> {
+pub fn build(dist: &Path, source: Option<&str>) -> Result<Size, String> {
+    let source = source.unwrap_or(env!("CARGO_PKG_REPOSITORY"));
+    let link = link(source)?;
     let wasm = compile()?;
     let failed = |what: &str, error: &dyn std::fmt::Display| format!("{what} {}: {error}", dist.display());
     fs::create_dir_all(dist).map_err(|e| failed("cannot make the folder", &e))?;
@@ -53,9 +69,25 @@ pub fn build(dist: &Path) -> Result<Size, String> {
     bound.map_err(|e| failed("wasm-bindgen cannot write to", &format!("{e:#}")))?;
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../page");
     for name in PAGE {
-        fs::copy(page.join(name), dist.join(name)).map_err(|e| failed("cannot copy the page to", &e))?;
+        let copied = if name == "index.html" {
+            let text = fs::read_to_string(page.join(name)).map(|text| text.replace(SOURCE, &link));
+            text.and_then(|text| fs::write(dist.join(name), text))
+        } else {
+            fs::copy(page.join(name), dist.join(name)).map(drop)
+        };
+        copied.map_err(|e| failed("cannot copy the page to", &e))?;
     }
     size(dist).map_err(|e| failed("cannot read", &e))
+}
+
+/// The link to the sources as HTML; empty without an address.
+fn link(source: &str) -> Result<String, String> {
+    let is_address = source.starts_with("https://") || source.starts_with("http://");
+    match source {
+        "" => Ok(String::new()),
+        _ if is_address && !source.contains(['"', '<', '>', '&', ' ']) => Ok(SOURCE.replace("{source}", source)),
+        _ => Err(format!("{source} is no address of the sources: give one that starts with https://")),
+    }
 }
 
 /// Compiles the viewer for browsers; returns the path of the module.
@@ -139,6 +171,8 @@ fn answer(request: tiny_http::Request, folder: &Path) -> io::Result<()> {
         Some("js") => "text/javascript",
         Some("css") => "text/css",
         Some("wasm") => "application/wasm",
+        Some("svg") => "image/svg+xml",
+        Some("jpg") => "image/jpeg",
         _ => "application/octet-stream",
     };
     let mut response = tiny_http::Response::from_file(file);
@@ -155,6 +189,26 @@ mod tests {
     use std::{io::Read, net::TcpStream};
 
     use super::*;
+
+    #[test]
+    fn the_page_links_to_its_sources_if_their_address_is_known() {
+        let page = include_str!("../../page/index.html");
+        assert!(page.contains(SOURCE));
+        assert_eq!(link(""), Ok(String::new()));
+        assert!(link("https://example.org/a").is_ok_and(|link| link.contains("href=\"https://example.org/a\"")));
+        for wrong in ["example.org", "javascript:alert(1)", "https://example.org/\"onclick"] {
+            assert!(link(wrong).is_err_and(|error| error.contains("https://")), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn every_file_that_the_page_names_is_bundled() {
+        let page = include_str!("../../page/index.html");
+        let names = page.split(['"']).filter(|part| part.ends_with(".jpg") || part.ends_with(".svg"));
+        let names: Vec<&str> = names.collect();
+        assert!(names.len() > 5, "{names:?}");
+        assert!(names.iter().all(|name| PAGE.contains(name)), "{names:?}");
+    }
 
     #[test]
     fn a_folder_is_served_and_nothing_beside_it() {

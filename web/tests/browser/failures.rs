@@ -44,7 +44,7 @@ fn a_lost_device_comes_back() {
     );
     page.crash_gpu_process();
     page.wait_for("titles.includes('The graphics device was lost')");
-    page.wait_for("titles.at(-1) === 'Loading…' && document.getElementById('message').hidden");
+    page.wait_for("titles.includes('Drawing the first picture…') && document.getElementById('message').hidden");
     let report = page.wait("Cornell again", settled);
     assert!(report["address"].as_str().unwrap().contains("a.hierarchical.samples=16"), "{report}");
     let after = cut(&page.screenshot(&target(), "after-loss"), rect(&report, "picture"));

@@ -7,6 +7,7 @@ mod chromium;
 mod controls;
 mod errors;
 mod failures;
+mod first;
 mod patience;
 mod pictures;
 mod random;
@@ -38,7 +39,7 @@ fn demo() -> String {
     static DEMO: OnceLock<SocketAddr> = OnceLock::new();
     let address = DEMO.get_or_init(|| {
         let dist = target().join("dist");
-        let size = halflight_bundle::build(&dist).unwrap();
+        let size = halflight_bundle::build(&dist, None).unwrap();
         println!("bundle: {:.2} MB, {:.2} MB compressed", size.raw as f64 / 1e6, size.gzip as f64 / 1e6);
         // With brotli, as most hosts send it, about two thirds of this: 2 MB.
         assert!(size.gzip < 3_200_000, "the compressed bundle has {} bytes", size.gzip);

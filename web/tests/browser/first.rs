@@ -1,0 +1,74 @@
+//! What somebody sees who opens the page for the first time, and looking closely.
+
+use serde_json::json;
+
+use crate::{alone, centre, chromium::Page, demo, open, rect, settled, target};
+
+#[test]
+fn the_page_says_what_it_is_before_the_program_runs() {
+    let _alone = alone();
+    let mut page = Page::open([390, 844], 1.0);
+    // The program never arrives.
+    page.call("Network.setBlockedURLs", json!({ "urls": ["*.wasm"] }));
+    page.go(&demo());
+    page.wait_for("document.getElementById('opening')?.complete === true");
+    page.wait_for("document.getElementById('opening').naturalWidth > 300");
+    let text = page.evaluate("document.querySelector('header').innerText");
+    assert!(text.as_str().unwrap().contains("compare techniques by time and by error"), "{text}");
+    // Nothing is wider than the screen.
+    assert_eq!(page.evaluate("document.documentElement.scrollWidth <= 390"), true);
+    for (what, wanted) in [("og:title", "Halflight"), ("og:image", "opening.jpg"), ("og:description", "indirect light")]
+    {
+        let content = page.evaluate(&format!("document.querySelector('meta[property=\"{what}\"]').content"));
+        assert!(content.as_str().unwrap().contains(wanted), "{what}: {content}");
+    }
+    page.screenshot(&target(), "loading");
+    // From disk nothing can be loaded, and the page says so.
+    page.go(&format!("file://{}", target().join("dist/index.html").canonicalize().unwrap().display()));
+    page.wait_for("document.getElementById('title')?.textContent === 'This page needs a server'");
+    page.screenshot(&target(), "from-disk");
+}
+
+#[test]
+fn keys_help_set_ups_and_the_inspector() {
+    let _alone = alone();
+    let mut page = open("scene=cornell&size=96x54&a=none&b=ssdo&compare=on");
+    let report = page.wait("Cornell", settled);
+    let home = report["address"].as_str().unwrap().to_owned();
+    // A, then both again. The divider is gone while one side is alone.
+    page.click(centre(&report, "picture"));
+    page.key_quickly("1");
+    page.wait("A alone", |report| report["marks"]["divider"].is_null());
+    page.key_quickly("1");
+    page.wait("both sides", |report| report["marks"]["divider"].is_array());
+    page.key_quickly("?");
+    page.wait("the help", |report| report["marks"]["help.window"].is_array());
+    page.screenshot(&target(), "help");
+    page.key_quickly("Escape");
+    page.wait("no help", |report| report["marks"]["help.window"].is_null());
+    // F looks at what is under the pointer, Home goes back.
+    let [x, y, w, h] = rect(&report, "picture");
+    page.point([x + 0.3 * w, y + 0.7 * h]);
+    page.key_quickly("f");
+    page.wait("another target", |report| report["address"].as_str().unwrap().contains("target="));
+    page.key_quickly("Home");
+    page.wait("the first view", |report| report["address"].as_str() == Some(&home));
+    page.key_quickly("i");
+    page.point([x + 0.7 * w, y + 0.6 * h]);
+    page.wait("the inspector and a reference", |report| {
+        report["marks"]["inspector"].is_array() && report["reference_samples"].as_u64().unwrap() > 3
+    });
+    page.screenshot(&target(), "inspector");
+    // The button says that the link was copied. Every set-up is a link without an error.
+    page.evaluate("document.getElementById('setups-open').click()");
+    page.screenshot(&target(), "set-ups");
+    let links =
+        page.evaluate("[...document.querySelectorAll('#setups a')].map(link => link.getAttribute('href').slice(1))");
+    assert_eq!(links.as_array().unwrap().len(), 4);
+    page.evaluate("document.querySelector('#setups a[href*=\"scene=cornell\"]').click()");
+    let report = page.wait("a set-up", |report| report["address"].as_str().unwrap().contains("visibility=auto"));
+    assert_eq!(
+        (&report["messages"], page.evaluate("document.getElementById('setups').open")),
+        (&json!([]), json!(false))
+    );
+}

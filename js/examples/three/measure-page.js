@@ -40,10 +40,36 @@ async function reference(url) {
 }
 
 /**
- * Root of the mean square of the difference, mean of it, and the factor of the light that makes it least: over the pixels that
+ * relMSE over means of blocks of 4 x 4 pixels, as in the tables of this project: (x - t)^2 / (t^2 + 0.01 m^2), where x and t are
+ * means over the pixels of a block that count, and m is the mean of the reference.
+ */
+function blockRelMse(found, wanted, mask, width) {
+  const columns = Math.ceil(width / 4);
+  const blocks = new Map();
+  let [sum, all] = [0, 0];
+  found.forEach((value, i) => {
+    if (!mask[i]) return;
+    const pixel = Math.floor(i / 3);
+    const key = 3 * (Math.floor(pixel / width / 4) * columns + Math.floor((pixel % width) / 4)) + (i % 3);
+    const block = blocks.get(key) ?? { found: 0, wanted: 0, count: 0 };
+    blocks.set(key, { found: block.found + value, wanted: block.wanted + wanted[i], count: block.count + 1 });
+    sum += wanted[i];
+    all += 1;
+  });
+  const floor = 0.01 * (sum / all) ** 2;
+  let error = 0;
+  for (const { found, wanted, count } of blocks.values()) {
+    const [x, t] = [found / count, wanted / count];
+    error += (count * (x - t) ** 2) / (t ** 2 + floor);
+  }
+  return error / all;
+}
+
+/**
+ * relMSE over blocks, root of the mean square of the difference, mean of it, and the factor of the light that makes it least: over the pixels that
  * show a surface.
  */
-function errors(all, reference, mask) {
+function errors(all, reference, mask, width) {
   const [found, wanted] = [all, reference].map((one) => one.filter((_, i) => mask[i]));
   let [squares, sum, product, own] = [0, 0, 0, 0];
   found.forEach((value, i) => {
@@ -55,6 +81,7 @@ function errors(all, reference, mask) {
   const factor = own > 0 ? product / own : 1;
   const scaled = found.reduce((all, value, i) => all + (factor * value - wanted[i]) ** 2, 0);
   return {
+    block: blockRelMse(all, reference, mask, width),
     rmse: Math.sqrt(squares / found.length),
     bias: sum / found.length,
     factor,
@@ -97,8 +124,11 @@ function drawer(renderer, results, node) {
   };
 }
 
-/** Errors of `albedo * indirect` of each method. `truth` are files of the final image with no bounce and with one. */
-async function measure({ truth, ...job }) {
+/**
+ * Errors of `albedo * indirect` of each method. `truth` are files of the final image with no bounce and with one; `images` are
+ * methods that the evaluator ran, with files of the final image without indirect light and with it.
+ */
+async function measure({ truth, images, ...job }) {
   const { width, height } = job;
   const [unlit, lit] = await Promise.all(truth.map(reference));
   const wanted = lit.map((value, i) => value - unlit[i]);
@@ -114,12 +144,17 @@ async function measure({ truth, ...job }) {
   const { direct, albedo } = nodes;
   const reflecting = await read(albedo.rgb);
   const mask = reflecting.map((_, i) => Math.max(...reflecting.subarray(i - (i % 3), i - (i % 3) + 3)) > 0);
-  const rows = [{ method: "direct light alone", ...errors(await read(direct.rgb.mul(0)), wanted, mask) }];
+  const rows = [{ method: "direct light alone", ...errors(await read(direct.rgb.mul(0)), wanted, mask, width) }];
   for (const { name, light } of methods)
-    rows.push({ method: name, ...errors(await read(albedo.rgb.mul(light.rgb)), wanted, mask) });
+    rows.push({ method: name, ...errors(await read(albedo.rgb.mul(light.rgb)), wanted, mask, width) });
+  for (const { name, files } of images) {
+    const [without, all] = await Promise.all(files.map(reference));
+    const light = all.map((value, i) => value - without[i]);
+    rows.push({ method: name, ...errors(light, wanted, mask, width) });
+  }
   const shown = wanted.filter((_, i) => mask[i]);
   const mean = shown.reduce((sum, value) => sum + value, 0) / shown.length;
-  return { rows, mean, direct: errors(await read(direct.rgb), unlit, mask) };
+  return { rows, mean, direct: errors(await read(direct.rgb), unlit, mask, width) };
 }
 
 /**

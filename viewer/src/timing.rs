@@ -216,7 +216,8 @@ impl Future for Work {
 /// A round of repetitions: each pass once, then several times in one submission. The difference does not contain the
 /// overhead of a submission. The interface is not painted during a round, because that would be timed, too.
 ///
-/// Passes that are measured together run in their order, so that each repetition is one more frame.
+/// Passes that are measured together run in their order, so that each repetition is one more frame. Their time is the mean over
+/// the second submission.
 pub struct Round {
     found: Arc<Mutex<Found>>,
 }
@@ -278,7 +279,12 @@ impl Round {
                     return;
                 }
                 let many = Work::submit(&queue, Some(many)).await;
-                let each = (many - once).max(0.0) / f64::from(repeats);
+                let each = match pass {
+                    Some(_) => (many - once).max(0.0) / f64::from(repeats),
+                    // Frames get cheaper while buffers converge, so a difference of two submissions would be too small. The
+                    // overhead of one is small beside a frame.
+                    None => many / f64::from(1 + repeats),
+                };
                 results.lock().unwrap_or_else(PoisonError::into_inner).passes.push((pass, each));
             }
             results.lock().unwrap_or_else(PoisonError::into_inner).over = true;

@@ -51,14 +51,12 @@ pub fn plan_frame(
     size: [u32; 2],
     direct: DirectSource,
 ) -> Result<FramePlan, SettingsError> {
-    let takes_light = takes_light(technique, settings, Some(facts))?;
-    if takes_light || facts.receive_only.is_empty() {
-        let plan = plan_frame_of(facts, technique, settings, size, direct)?;
-        if facts.receive_only.is_empty() || reads_senders(&plan) {
-            return Ok(plan);
-        }
+    let plan = |facts: &SceneFacts| plan_frame_of(facts, technique, settings, size, direct);
+    let planned = takes_light(technique, settings, Some(facts))?.then(|| plan(facts)).transpose()?;
+    match planned {
+        Some(planned) if facts.receive_only.is_empty() || reads_senders(&planned) => Ok(planned),
+        _ => plan(&facts.without_senders()),
     }
-    plan_frame_of(&facts.without_senders(), technique, settings, size, direct)
 }
 
 /// Whether some pass reads which surfaces of a view send light, or the light that they send.
@@ -68,7 +66,7 @@ fn reads_senders(plan: &FramePlan) -> bool {
     read.any(|id| ["source", "receive_only"].iter().any(|name| plan.resources[id.0].name.ends_with(name)))
 }
 
-/// As [`plan_frame`], for a technique for which it matters which surfaces send light, if the facts name some that do not.
+/// As [`plan_frame`], and the surfaces that send no light are marked even if nothing reads that.
 fn plan_frame_of(
     facts: &SceneFacts,
     technique: &Technique,

@@ -100,7 +100,7 @@ impl SceneFacts {
             .map_err(SettingsError)
     }
 
-    /// These facts for a technique that takes no light: it does not matter which surfaces send some.
+    /// These facts for a technique that does not read which surfaces send light.
     pub fn without_senders(&self) -> Self {
         let needs = SceneNeeds { receive_only: false, ..self.needs };
         Self { needs, receive_only: Vec::new(), ..self.clone() }

@@ -117,12 +117,13 @@ impl State {
     /// The images. `request` is that of the trace.
     pub fn truth(&self, request: &Request) -> Truth {
         let words = Layout::new(request).words as usize;
-        let sum = |index: usize| {
-            let sum = self.sums[index];
-            // The first word of a pixel counts rays.
-            if index.is_multiple_of(words) { f64::from(sum.to_bits()) } else { f64::from(sum) }
-        };
-        truth_of(request, self.samples, self.scale, &self.surfaces, sum)
+        truth_of(request, self.samples, self.scale, &self.surfaces, |index| self.sum(index, words))
+    }
+
+    /// A sum by its index. A pixel has this many `words`, and the first one counts rays.
+    pub(super) fn sum(&self, index: usize, words: usize) -> f64 {
+        let sum = self.sums[index];
+        if index.is_multiple_of(words) { f64::from(sum.to_bits()) } else { f64::from(sum) }
     }
 }
 

@@ -91,9 +91,8 @@ impl Sums {
             self.sums = ExactSums::new(part.sums.len());
         }
         let words = (part.sums.len() / part.surfaces.len().max(1)).max(1);
-        for (index, &sum) in part.sums.iter().enumerate() {
-            // The first word of a pixel counts rays.
-            self.sums.add(index, if index.is_multiple_of(words) { f64::from(sum.to_bits()) } else { f64::from(sum) });
+        for index in 0..part.sums.len() {
+            self.sums.add(index, part.sum(index, words));
         }
         self.whole += part.samples;
         (self.scale, self.surfaces, self.last) = (part.scale, part.surfaces, None);
@@ -127,10 +126,7 @@ impl Sums {
     /// The images. `request` is that of the trace.
     pub fn truth(&self, request: &Request) -> Truth {
         let words = Layout::new(request).words as usize;
-        let of_last = |index: usize| {
-            let sum = self.last.as_ref().map_or(0.0, |last| last.sums[index]);
-            if index.is_multiple_of(words) { f64::from(sum.to_bits()) } else { f64::from(sum) }
-        };
+        let of_last = |index: usize| self.last.as_ref().map_or(0.0, |last| last.sum(index, words));
         let whole = self.sums.rounded();
         let sum = |index: usize| whole.get(index).copied().unwrap_or(0.0) + of_last(index);
         truth_of(request, self.samples(), self.scale, &self.surfaces, sum)

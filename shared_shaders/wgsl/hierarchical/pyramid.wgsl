@@ -153,15 +153,15 @@ fn better(a: Child, b: Child) -> Child {
     );
 }
 
-@if(lit || lit_planes)
 /// Radiance and 1 if the child shows the same surface as the kept one, so that they may be averaged; otherwise 0.
+@if(lit || lit_planes)
 fn radiance_where_same(kept: Child, width: f32, child: Child) -> vec4f {
     let same = same_surface(kept.surfel.normal, kept.position, child.surfel.normal, child.position, width);
     return select(vec4f(0.0), vec4f(child.surfel.radiance, 1.0), same && child.surfel.depth > SKY_DEPTH);
 }
 
-@if(lit || lit_planes)
 /// Mean radiance of the children that show the kept surface, over the whole area of the texel.
+@if(lit || lit_planes)
 fn radiance_of_texel(kept: Child, child_00: Child, child_10: Child, child_01: Child, child_11: Child) -> vec3f {
     let width = 2.0 * child_width(kept.surfel);
     let same = radiance_where_same(kept, width, child_00)

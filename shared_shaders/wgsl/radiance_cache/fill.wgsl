@@ -2,7 +2,7 @@
 // Light of the pixels whose surface no surfel of half resolution shows: that of their own records.
 @if(float16) import package::common::math::LARGEST_FLOAT16;
 import package::common::view::View;
-import package::radiance_cache::cells::{level_at, place_of};
+import package::radiance_cache::cells::{level_at, parent_of, place_of};
 import package::radiance_cache::counters::{counters, first_pixel, most_pixels, stride_of};
 import package::radiance_cache::light::light_of;
 import package::radiance_cache::pixels::surface_of_pixel;
@@ -23,7 +23,7 @@ fn fill(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workg
         let d = textureLoad(depth, pixel, 0).x;
         let surface = surface_of_pixel(pixel, d, textureLoad(normal, pixel, 0).xyz, view);
         let place = place_of(surface.position, surface.normal, level_at(d, view));
-        var light = light_of(place, place);
+        var light = light_of(place, parent_of(place));
         if light.w > 0.0 {
             @if(float16) { light = min(light, vec4f(LARGEST_FLOAT16)); }
             textureStore(indirect, pixel, vec4f(light.rgb, 1.0));

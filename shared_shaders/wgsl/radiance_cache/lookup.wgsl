@@ -9,8 +9,7 @@ struct FrozenBucket {
 
 @group(0) @binding(10) var<storage, read> buckets: array<FrozenBucket>;
 
-/// The slot of a fingerprint in a bucket; NO_SLOT if it is not there. All eight are compared at once: this is faster than a
-/// search that stops.
+/// The slot of a fingerprint in a bucket; NO_SLOT if it is not there. All eight are compared at once, without a branch.
 fn slot_in(bucket: u32, fingerprint: vec4u) -> u32 {
     let first = select(vec4u(NO_SLOT), vec4u(0u, 1u, 2u, 3u), buckets[bucket].fingerprints[0] == fingerprint);
     let second = select(vec4u(NO_SLOT), vec4u(4u, 5u, 6u, 7u), buckets[bucket].fingerprints[1] == fingerprint);

@@ -92,10 +92,11 @@ impl Report {
 
     /// What holds for the whole report: name and value.
     fn facts(&self) -> Vec<(&'static str, String)> {
-        let distinct = |of: &dyn Fn(&Measurement) -> String| {
-            let values: BTreeSet<String> = self.measurements.iter().map(of).filter(|value| !value.is_empty()).collect();
-            values.into_iter().collect::<Vec<_>>().join(", ")
+        let values = |of: &dyn Fn(&Measurement) -> String| -> BTreeSet<String> {
+            self.measurements.iter().map(of).filter(|value| !value.is_empty()).collect()
         };
+        let joined = |values: BTreeSet<String>| values.into_iter().collect::<Vec<_>>().join(", ");
+        let distinct = |of: &dyn Fn(&Measurement) -> String| joined(values(of));
         let adapter = |row: &Measurement| {
             let kind = if row.software_adapter { " (software)" } else { "" };
             if row.adapter.is_empty() { String::new() } else { format!("{}{kind}", row.adapter) }
@@ -105,15 +106,15 @@ impl Report {
             processor => format!("{} ({processor})", row.machine),
         };
         // A cluster has many.
-        let few = |names: String| match names.split("), ").count() {
-            many if many > 4 => format!("{many} computers: column machine of results.csv"),
-            _ => names,
+        let machines = match values(&machine) {
+            many if many.len() > MOST_MACHINES => format!("{} computers: column machine of results.csv", many.len()),
+            few => joined(few),
         };
         let facts = vec![
             ("Adapter", distinct(&adapter)),
             ("Driver", distinct(&|row| row.driver.clone())),
             ("Backend", distinct(&|row| row.backend.clone())),
-            ("Computer", few(distinct(&machine))),
+            ("Computer", machines),
             ("Commit", distinct(&|row| row.commit.clone())),
             ("Seed", distinct(&|row| row.seed.to_string())),
             ("Configurations", self.measurements.len().to_string()),
@@ -173,6 +174,8 @@ impl Report {
     }
 }
 
+/// Most computers that the head of a report names.
+const MOST_MACHINES: usize = 4;
 /// Most rows that a warning names.
 const MOST_NAMED: usize = 24;
 

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use halflight_native::{NativeGpu, scene_hash::scene_hash};
-use halflight_renderer::truth::{PART, Request, Stop, is_lit};
+use halflight_native::NativeGpu;
+use halflight_renderer::truth::{PART, Request, Stop};
 use halflight_scenes::Scene;
 use halflight_techniques::invocation::{Invocation, parse_size};
 
@@ -12,7 +12,7 @@ use super::{SceneArgs, is_exr, parse_shard, print_warnings};
 use crate::{
     Error,
     experiment::{
-        COMMIT, reference,
+        reference,
         session::{open_adapter, open_scene_keeping},
         shard::Shard,
     },
@@ -122,19 +122,9 @@ pub(super) fn main(args: &TruthArgs) -> Result<(), Error> {
     if traced.rel_error.is_none() {
         print_warnings(&[reference::unknown_error(&scene.name, traced.truth.samples)]);
     }
-    let facts = [
-        ("command", args.invocation(None).to_string()),
-        ("scene", scene.name.clone()),
-        ("scene_hash", scene_hash(&scene).to_string()),
-        ("samples_per_pixel", traced.truth.samples.to_string()),
-        ("rel_error_8x8", traced.rel_error.map_or("unknown".into(), |error| error.to_string())),
-        ("bounces", args.bounces.to_string()),
-        ("seed", args.seed.to_string()),
-        ("inputs", traced.inputs.to_string()),
-        ("commit", COMMIT.to_owned()),
-        ("warnings", scene.warnings.join("; ")),
-    ];
-    write(&traced.truth, facts, &args.out)
+    let command = args.invocation(None).to_string();
+    let about = About::new(command, &native, &scene, &request, &traced.inputs, traced.truth.samples);
+    write(&traced.truth, traced.rel_error, &about, &args.out)
 }
 
 /// Traces the samples of a part and writes their sums.
@@ -156,18 +146,7 @@ fn trace_part(
     }
     let sampled = reference::trace_range(native, scene, request, range)?;
     print_warnings(&sampled.warnings);
-    let info = &native.info;
-    let about = About {
-        command: args.invocation(Some(shard)).to_string(),
-        scene: scene.name.clone(),
-        scene_hash: scene_hash(scene).to_string(),
-        inputs: sampled.inputs.to_string(),
-        commit: COMMIT.to_owned(),
-        adapter: format!("{} {} {} {:?}", info.name, info.driver, info.driver_info, info.backend),
-        samples,
-        lit: is_lit(scene),
-        warnings: scene.warnings.clone(),
-        ..About::of(request)
-    };
+    let command = args.invocation(Some(shard)).to_string();
+    let about = About::new(command, native, scene, request, &sampled.inputs, samples);
     ReferencePart { about, sums: sampled.sums }.write(&args.out)
 }

@@ -28,7 +28,12 @@ impl CellId {
 
     /// The digits as a number.
     pub fn number(&self) -> u64 {
-        u64::from_str_radix(&self.0, 16).unwrap_or_default()
+        Self::number_of(&self.0)
+    }
+
+    /// The digits of a name as a number; 0 for any other text.
+    pub fn number_of(text: &str) -> u64 {
+        u64::from_str_radix(text, 16).unwrap_or_default()
     }
 }
 

@@ -19,15 +19,14 @@ use crate::{Error, progress::Progress};
 /// A request out of range, or a device that was lost.
 pub fn trace(native: &NativeGpu, scene: &Scene, request: &Request, stop: Stop) -> Result<Traced, Error> {
     let source = TruthSource::new(&native.gpu, scene, Some(Cache::standard()));
-    let traced = with_progress(scene, |progress| {
+    with_progress(scene, |progress| {
         let traced = source.trace(request, stop, progress)?;
         let reached = traced
             .rel_error
             .map_or("relative error unknown".into(), |error| format!("relative error {}", significant(error)));
         let done = Done { samples: traced.truth.samples, traced: traced.traced, more: format!(", {reached}") };
         Ok((traced, done))
-    })?;
-    Ok(traced)
+    })
 }
 
 /// Traces some samples of a request, to be merged with the others.

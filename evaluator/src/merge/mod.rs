@@ -230,7 +230,7 @@ fn find(parts: &[Part], warnings: &mut Vec<String>) -> Result<HashMap<u64, Vec<P
             };
             let adapter = results.adapter(&record.row);
             results.check_reference(parts, index, subject, adapter, &record.row)?;
-            let number = u64::from_str_radix(&record.cell, 16).unwrap_or_default();
+            let number = CellId::number_of(&record.cell);
             let length = u32::try_from(length).unwrap_or(u32::MAX);
             let place = Place { part: index as u32, adapter, position, length, results: check::hash(&record.row) };
             own.insert((number, adapter), place);

@@ -7,16 +7,21 @@ use std::{
 };
 
 use halflight_native::{
+    NativeGpu,
     cache::{Cache, Key, KeyInputs},
     files::write_whole,
     images::{Image, Precision, auto_exposure, write_png},
+    scene_hash::scene_hash,
     truth::TruthSource,
 };
-use halflight_renderer::truth::{Request, Sums, Truth};
-use halflight_scenes::Camera;
+use halflight_renderer::truth::{Request, Sums, Truth, is_lit};
+use halflight_scenes::{Camera, Scene};
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, experiment::reference};
+use crate::{
+    Error,
+    experiment::{COMMIT, reference},
+};
 
 /// Ending of the files of parts.
 pub const ENDING: &str = "truth";
@@ -31,7 +36,7 @@ pub struct ReferencePart {
     pub sums: Sums,
 }
 
-/// What a part of a reference is of: the head of its file, as JSON.
+/// What a reference or a part of it is of. It is the head of the file of a part, as JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct About {
     /// Command that traced it.
@@ -68,21 +73,29 @@ pub struct About {
 }
 
 impl About {
-    /// A head without the facts of a run: those are filled in by the caller.
-    pub fn of(request: &Request) -> Self {
+    /// What `samples` samples of a request are of. `command` traces them.
+    pub fn new(
+        command: String,
+        native: &NativeGpu,
+        scene: &Scene,
+        request: &Request,
+        inputs: &Key,
+        samples: u32,
+    ) -> Self {
         // Destructured, so that a new field cannot be left out.
         let Request { camera, size, bounce1, bounces, on_screen, glossy, ambient_occlusion, seed } = request.clone();
         let Camera { eye, target, up, vertical_fov_degrees } = camera;
+        let info = &native.info;
         Self {
-            command: String::new(),
-            scene: String::new(),
-            scene_hash: String::new(),
-            inputs: String::new(),
-            commit: String::new(),
-            adapter: String::new(),
-            samples: 0,
-            lit: true,
-            warnings: Vec::new(),
+            command,
+            scene: scene.name.clone(),
+            scene_hash: scene_hash(scene).to_string(),
+            inputs: inputs.to_string(),
+            commit: COMMIT.into(),
+            adapter: format!("{} {} {} {:?}", info.name, info.driver, info.driver_info, info.backend),
+            samples,
+            lit: is_lit(scene),
+            warnings: scene.warnings.clone(),
             eye,
             target,
             up,
@@ -202,30 +215,32 @@ pub fn merge_references(files: &[PathBuf], out: &Path, cache: &Cache, command: &
     let request = about.request();
     let truth = sums.truth(&request);
     let rel_error = if about.lit { truth.rel_error(8) } else { Some(0.0) };
-    let facts = [
-        ("command", command.to_owned()),
-        ("scene", about.scene.clone()),
-        ("scene_hash", about.scene_hash.clone()),
-        ("samples_per_pixel", truth.samples.to_string()),
-        ("rel_error_8x8", rel_error.map_or("unknown".into(), |error| error.to_string())),
-        ("bounces", request.bounces.to_string()),
-        ("seed", request.seed.to_string()),
-        ("inputs", about.inputs.clone()),
-        ("commit", about.commit.clone()),
-        ("warnings", about.warnings.join("; ")),
-    ];
-    write(&truth, facts, out)?;
-    if let Some(warning) = TruthSource::keep(cache, &Key::parse(&about.inputs), &request, &sums) {
+    let inputs = Key::parse(&about.inputs);
+    write(&truth, rel_error, &About { command: command.to_owned(), ..about }, out)?;
+    if let Some(warning) = TruthSource::keep(cache, &inputs, &request, &sums) {
         halflight_output::terminal::note(format_args!("warning: {warning}"));
     }
     Ok(truth)
 }
 
-/// Writes a reference with facts about it: all channels as .exr, the tone-mapped image as .png.
+/// Writes a reference and what it is of: all channels as .exr, the tone-mapped image as .png. `rel_error`: its relative error
+/// over 8 x 8 pixels.
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write(truth: &Truth, facts: [(&str, String); 10], out: &Path) -> Result<(), Error> {
+pub fn write(truth: &Truth, rel_error: Option<f64>, about: &About, out: &Path) -> Result<(), Error> {
+    let facts = [
+        ("command", about.command.clone()),
+        ("scene", about.scene.clone()),
+        ("scene_hash", about.scene_hash.clone()),
+        ("samples_per_pixel", truth.samples.to_string()),
+        ("rel_error_8x8", rel_error.map_or("unknown".into(), |error| error.to_string())),
+        ("bounces", about.bounces.to_string()),
+        ("seed", about.seed.to_string()),
+        ("inputs", about.inputs.clone()),
+        ("commit", about.commit.clone()),
+        ("warnings", about.warnings.join("; ")),
+    ];
     let mut image: Image = reference::image(truth);
     image.metadata.extend(facts.map(|(key, value)| (key.to_owned(), value)));
     if out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr")) {

@@ -10,7 +10,7 @@ root=$work/root
 "$here/build.sh" "$work/opt" "${1:-release}"
 in_root="env -i"
 if command -v debootstrap > /dev/null && [ "$(id -u)" = 0 ]; then
-    debootstrap --variant=minbase bookworm "$root" "${MIRROR:-http://deb.debian.org/debian}" > "$work/log" 2>&1 || {
+    debootstrap --variant=minbase bookworm "$root" > "$work/log" 2>&1 || {
         tail -n 20 "$work/log" >&2
         exit 1
     }

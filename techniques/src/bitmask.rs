@@ -106,8 +106,10 @@ parameters! {
 /// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Bitmask::TECHNIQUE,
+    title: "Visibility bitmask",
     summary: "screen-space indirect light with a visibility bitmask (Therrien et al. 2023)",
     parameters: Bitmask::parameters,
+    main: &["slices", "steps", "thickness", "resolution", "denoise"],
     complete: |settings| Ok(Bitmask::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
     sources: |settings| Ok(Bitmask::from_settings(settings)?.finds.sources()),

@@ -23,8 +23,10 @@ parameters! {
 /// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Exhaustive::TECHNIQUE,
+    title: "Every pair of pixels",
     summary: "every pixel sums over every pixel (Soler 2009, Equation 1 with 4): slow, without sampling or hierarchy",
     parameters: Exhaustive::parameters,
+    main: &["form_factor"],
     complete: |settings| Ok(Exhaustive::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
     sources: |_| Ok(LightSources::SCREEN),

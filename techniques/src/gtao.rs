@@ -44,8 +44,10 @@ parameters! {
 /// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Gtao::TECHNIQUE,
+    title: "Ambient occlusion (GTAO)",
     summary: "ambient visibility between horizons, without thickness (GTAO, Jimenez et al. 2016)",
     parameters: Gtao::parameters,
+    main: &["radius", "slices", "steps", "resolution", "denoise"],
     complete: |settings| Ok(Gtao::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
     sources: |_| Ok(Finds::Occlusion.sources()),

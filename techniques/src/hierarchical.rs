@@ -227,8 +227,10 @@ parameters! {
 /// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Hierarchical::TECHNIQUE,
+    title: "Hierarchical gathering",
     summary: "hierarchical screen-space indirect illumination (Soler et al. 2009)",
     parameters: Hierarchical::parameters,
+    main: &["samples", "levels", "start_resolution", "bounces", "visibility"],
     complete: |settings| Ok(Hierarchical::from_settings(settings)?.to_settings()),
     needs: |settings| {
         let parameters = Hierarchical::from_settings(settings)?;

@@ -45,8 +45,10 @@ parameters! {
 /// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Horizon::TECHNIQUE,
+    title: "Horizons (HBIL)",
     summary: "indirect light between successive horizons (HBIL, Mayaux 2018)",
     parameters: Horizon::parameters,
+    main: &["slices", "steps", "radius", "resolution", "denoise"],
     complete: |settings| Ok(Horizon::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
     sources: |_| Ok(LightSources { sky: Reach::Scene, ..LightSources::SCREEN }),

@@ -128,8 +128,10 @@ parameters! {
 /// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Hybrid::TECHNIQUE,
+    title: "Screen and light maps",
     summary: "screen space for nearby light, light space for the rest (Lambru et al.)",
     parameters: Hybrid::parameters,
+    main: &["sources", "screen_samples", "light_samples", "virtual_lights", "visibility"],
     complete: |settings| Ok(Hybrid::from_settings(settings)?.to_settings()),
     needs: |settings| {
         let parameters = Hybrid::from_settings(settings)?;

@@ -40,8 +40,10 @@ pub static TECHNIQUES: &[Technique] = &[
 /// No indirect light: the baseline that every technique has to beat.
 const NONE: Technique = Technique {
     name: "none",
+    title: "No indirect light",
     summary: "no indirect light: the baseline of every technique",
     parameters: Vec::new,
+    main: &[],
     complete: |_| Ok(Settings::new()),
     needs: |_| Ok(GBufferNeeds::NONE),
     sources: |_| Ok(LightSources::NONE),
@@ -88,7 +90,17 @@ mod tests {
     use halflight_renderer::gi::{Spacing, UpsamplingKernel};
     use halflight_shared_shaders::SHADERS;
 
-    use crate::{bitmask::Ambient, hierarchical::GlossyImportance};
+    use crate::{TECHNIQUES, bitmask::Ambient, hierarchical::GlossyImportance};
+
+    #[test]
+    fn main_parameters_are_declared_and_few() {
+        for technique in TECHNIQUES {
+            let own = (technique.parameters)();
+            let is_declared = |name: &&str| own.iter().any(|parameter| parameter.name == *name);
+            assert!(technique.main.iter().all(is_declared), "{}: {:?}", technique.name, technique.main);
+            assert!(technique.main.len() <= 5 && !technique.title.is_empty(), "{}", technique.name);
+        }
+    }
 
     /// Shaders receive choices as numbers. Their names for these numbers must have the values of the Rust enums.
     #[test]

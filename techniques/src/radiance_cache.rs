@@ -65,8 +65,10 @@ parameters! {
 /// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: RadianceCache::TECHNIQUE,
+    title: "Radiance cache",
     summary: "records in world space keep exact rays as links, which are lit again when lights change",
     parameters: RadianceCache::parameters,
+    main: &["rays", "spacing", "links", "bounces", "denoise"],
     complete: |settings| Ok(RadianceCache::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
     sources: |_| Ok(LightSources { lamps: Reach::Scene, emitters: Reach::Scene, sky: Reach::Scene }),

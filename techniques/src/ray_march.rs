@@ -46,8 +46,10 @@ parameters! {
 /// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: RayMarch::TECHNIQUE,
+    title: "Screen-space rays",
     summary: "rays marched through the depth buffer (Sousa et al. 2011)",
     parameters: RayMarch::parameters,
+    main: &["rays", "steps", "thickness", "resolution", "denoise"],
     complete: |settings| Ok(RayMarch::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
     sources: |settings| Ok(RayMarch::from_settings(settings)?.finds.sources()),

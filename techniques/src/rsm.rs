@@ -44,8 +44,10 @@ parameters! {
 /// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Rsm::TECHNIQUE,
+    title: "Reflective shadow maps",
     summary: "reflective shadow maps (Dachsbacher & Stamminger 2005)",
     parameters: Rsm::parameters,
+    main: &["samples", "map_radius", "light_view_size", "start_resolution", "weighting"],
     complete: |settings| Ok(Rsm::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
     sources: |_| Ok(LightSources { lamps: Reach::Scene, ..LightSources::NONE }),

@@ -32,8 +32,10 @@ parameters! {
 /// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Ssao::TECHNIQUE,
+    title: "Ambient occlusion (SSAO)",
     summary: "screen-space ambient occlusion (Mittring 2007): ambient visibility alone, no light",
     parameters: Ssao::parameters,
+    main: &["samples", "radius", "start_resolution"],
     complete: |settings| Ok(Ssao::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
     sources: |_| Ok(LightSources::NONE),

@@ -40,8 +40,10 @@ parameters! {
 /// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
     name: Ssdo::TECHNIQUE,
+    title: "Directional occlusion (SSDO)",
     summary: "indirect light of screen-space directional occlusion (Ritschel et al. 2009)",
     parameters: Ssdo::parameters,
+    main: &["samples", "radius", "start_resolution", "intensity", "weighting"],
     complete: |settings| Ok(Ssdo::from_settings(settings)?.to_settings()),
     needs: |_| Ok(GBufferNeeds::NONE),
     sources: |_| Ok(LightSources::SCREEN),

@@ -6,7 +6,6 @@ use halflight_frame_graph::Part;
 use crate::{
     numbers::{measured, milliseconds},
     side::Side,
-    words,
 };
 
 /// Number of measurements per pass.
@@ -16,7 +15,7 @@ pub const ROUNDS: usize = 5;
 pub fn page(ui: &mut Ui, side: &Side, adapter: &str) {
     let [width, height] = side.plan().display_size;
     let configuration = side.configuration();
-    ui.heading(format!("{} at {width}x{height}", words::technique(configuration.technique)));
+    ui.heading(format!("{} at {width}x{height}", configuration.technique().title));
     ui.label(format!("{adapter}; {}; {} of {ROUNDS} rounds", side.method.note(), side.times.rounds().min(ROUNDS)));
     ScrollArea::both().show(ui, |ui| {
         Grid::new("benchmark").num_columns(3).striped(true).show(ui, |ui| {

@@ -24,13 +24,12 @@ pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, search: 
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Technique");
         let chosen = ComboBox::from_id_salt((name, "technique"))
-            .selected_text(words::technique(side.technique))
+            .selected_text(side.technique().title)
             .width(210.0)
             .height(420.0)
             .show_ui(ui, |ui| {
                 for technique in TECHNIQUES {
-                    let choice =
-                        ui.selectable_label(side.technique == technique.name, words::technique(technique.name));
+                    let choice = ui.selectable_label(side.technique == technique.name, technique.title);
                     let tip = format!("{}\n\nkey: {}", words::sentence_of(technique.summary), technique.name);
                     marks.add(&format!("{name}.technique.{}", technique.name), choice.rect);
                     if choice.on_hover_text(tip).clicked() && side.technique != technique.name {
@@ -62,7 +61,7 @@ pub fn configuration(ui: &mut Ui, name: &str, side: &mut Configuration, search: 
         });
     }
     let (main, rest): (Vec<_>, Vec<_>) =
-        parameters_of(side.technique()).into_iter().partition(|parameter| words::is_main(side.technique, parameter));
+        parameters_of(side.technique()).into_iter().partition(|parameter| words::is_main(side.technique(), parameter));
     for parameter in &main {
         self::parameter(ui, name, side, parameter, marks);
     }

@@ -2,7 +2,12 @@
 
 use eframe::egui::{self, Align2, FontId, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 
-use crate::{error::Metric, numbers::milliseconds, state::Configuration, style::SIDE_COLOURS, words};
+use crate::{
+    error::Metric,
+    numbers::milliseconds,
+    state::Configuration,
+    style::{SIDE_COLOURS, SIDE_NAMES},
+};
 
 /// Shortest time on the axis, milliseconds: what is faster is below the clock.
 const SHORTEST: f64 = 0.01;
@@ -132,7 +137,7 @@ impl Trade {
                     } else {
                         (vec2(9.0, 0.0), Align2::LEFT_CENTER)
                     };
-                    painter.text(at + offset, align, ["A", "B"][side], FontId::proportional(13.0), SIDE_COLOURS[side]);
+                    painter.text(at + offset, align, SIDE_NAMES[side], FontId::proportional(13.0), SIDE_COLOURS[side]);
                 }
                 None => drop(painter.circle_stroke(at, 4.0, Stroke::new(1.5, ink))),
             }
@@ -145,7 +150,7 @@ impl Trade {
             point.configuration.settings.iter().map(|(key, v)| format!("{key} = {v}")).collect();
         let text = format!(
             "{}\n{}\n{}, {} ({})\nClick to use these settings for A.",
-            words::technique(point.configuration.technique),
+            point.configuration.technique().title,
             if settings.is_empty() { "all defaults".to_owned() } else { settings.join("\n") },
             milliseconds(point.milliseconds),
             metric.text(error),

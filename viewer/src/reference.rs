@@ -239,7 +239,7 @@ impl Reference {
         }
     }
 
-    /// What the pixel at this position shows, `albedo * indirect`: the reference's value; `None` outside or in the sky.
+    /// `albedo * indirect` of a pixel, and its albedo; `None` outside of the picture or in the sky.
     pub fn pixel(&self, [x, y]: [u32; 2]) -> Option<(Rgb, Rgb)> {
         let index = (x < self.width).then_some(y as usize * self.width as usize + x as usize)?;
         let is_surface = *self.mask.get(index)?;

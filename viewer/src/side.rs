@@ -92,6 +92,17 @@ pub enum SideTime {
     Known(f64),
 }
 
+/// The times that `Side::draw` measures.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted {
+    /// Whether it measures any.
+    pub measure: bool,
+    /// Least number of measurements, where passes are timed by repetition.
+    pub rounds: usize,
+    /// Whether passes of the scene are timed by repetition, too.
+    pub of_scene: bool,
+}
+
 /// The result of `Side::draw`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
@@ -218,19 +229,9 @@ impl Side {
         self.show.into_iter().for_each(CompiledGraph::destroy);
     }
 
-    /// Draws and measures as far as the device is ready. `measure` asks for times, too; where passes are timed by
-    /// repetition, for at least this many `rounds`, those of the scene only with `of_scene`.
-    #[allow(clippy::too_many_arguments)]
-    pub fn draw(
-        &mut self,
-        ctx: &Context,
-        gpu: &Gpu,
-        stage: &Stage,
-        moment: Moment,
-        measure: bool,
-        rounds: usize,
-        of_scene: bool,
-    ) -> Progress {
+    /// Draws, and measures what is `wanted`, as far as the device is ready.
+    pub fn draw(&mut self, ctx: &Context, gpu: &Gpu, stage: &Stage, moment: Moment, wanted: Wanted) -> Progress {
+        let Wanted { measure, rounds, of_scene } = wanted;
         self.times.of_scene = of_scene || self.method == Method::Timestamps;
         if let Some(work) = &self.drawing {
             let Some(took) = work.milliseconds() else { return Progress::Busy };

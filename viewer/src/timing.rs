@@ -217,7 +217,7 @@ impl Future for Work {
 /// overhead of a submission. The interface is not painted during a round, because that would be timed, too.
 ///
 /// Passes that are measured together run in their order, so that each repetition is one more frame. Their time is the mean over
-/// the second submission.
+/// one submission.
 pub struct Round {
     found: Arc<Mutex<Found>>,
 }
@@ -260,7 +260,11 @@ impl Round {
             .map(|(pass, ms)| {
                 let repeats = if ms.is_finite() { (REPEATED_MS / ms.max(0.01)) as u32 } else { FIRST_REPEATS };
                 let repeats = repeats.clamp(1, MOST_REPEATS);
-                (pass, repeats, encode(pass, 1), encode(pass, 1 + repeats))
+                // Frames get cheaper while buffers converge, so a difference of two submissions would be too small. The
+                // overhead of one is small beside a frame.
+                let once = pass.map(|_| encode(pass, 1));
+                let many = encode(pass, repeats + u32::from(once.is_some()));
+                (pass, repeats, once, many)
             })
             .collect();
         let found: Arc<Mutex<Found>> = Arc::default();
@@ -274,17 +278,15 @@ impl Round {
                 if is_over() {
                     return;
                 }
-                let once = Work::submit(&queue, Some(once)).await;
+                let overhead = match once {
+                    Some(once) => Work::submit(&queue, Some(once)).await,
+                    None => 0.0,
+                };
                 if is_over() {
                     return;
                 }
                 let many = Work::submit(&queue, Some(many)).await;
-                let each = match pass {
-                    Some(_) => (many - once).max(0.0) / f64::from(repeats),
-                    // Frames get cheaper while buffers converge, so a difference of two submissions would be too small. The
-                    // overhead of one is small beside a frame.
-                    None => many / f64::from(1 + repeats),
-                };
+                let each = (many - overhead).max(0.0) / f64::from(repeats);
                 results.lock().unwrap_or_else(PoisonError::into_inner).passes.push((pass, each));
             }
             results.lock().unwrap_or_else(PoisonError::into_inner).over = true;

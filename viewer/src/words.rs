@@ -1,27 +1,10 @@
-//! Words for names: techniques, parameters, choices, views and scenes as the interface shows them. Keys, as files and
-//! links have them, are in tooltips.
+//! Words for names: parameters, choices, views and scenes as the interface shows them. Techniques declare theirs. Keys, as
+//! files and links have them, are in tooltips.
 
-use halflight_renderer::parameters::{Parameter, Value};
-
-/// Title and main parameters of each technique.
-const TECHNIQUES: [(&str, &str, &[&str]); 12] = [
-    ("none", "No indirect light", &[]),
-    ("radiance-cache", "Radiance cache", &["rays", "spacing", "links", "bounces", "denoise"]),
-    ("hierarchical", "Hierarchical gathering", &["samples", "levels", "start_resolution", "bounces", "visibility"]),
-    ("bitmask", "Visibility bitmask", &["slices", "steps", "thickness", "resolution", "denoise"]),
-    (
-        "hybrid",
-        "Screen and light maps",
-        &["sources", "screen_samples", "light_samples", "virtual_lights", "visibility"],
-    ),
-    ("gtao", "Ambient occlusion (GTAO)", &["radius", "slices", "steps", "resolution", "denoise"]),
-    ("horizon", "Horizons (HBIL)", &["slices", "steps", "radius", "resolution", "denoise"]),
-    ("ray-march", "Screen-space rays", &["rays", "steps", "thickness", "resolution", "denoise"]),
-    ("rsm", "Reflective shadow maps", &["samples", "map_radius", "light_view_size", "start_resolution", "weighting"]),
-    ("ssdo", "Directional occlusion (SSDO)", &["samples", "radius", "start_resolution", "intensity", "weighting"]),
-    ("ssao", "Ambient occlusion (SSAO)", &["samples", "radius", "start_resolution"]),
-    ("exhaustive", "Every pair of pixels", &["form_factor"]),
-];
+use halflight_renderer::{
+    gi::Technique,
+    parameters::{Parameter, Value},
+};
 
 /// Titles of the bundled scenes.
 const SCENES: [(&str, &str); 16] = [
@@ -80,11 +63,6 @@ pub fn sentence(name: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Title of a technique.
-pub fn technique(name: &str) -> String {
-    TECHNIQUES.iter().find(|(key, ..)| *key == name).map_or_else(|| sentence(name), |(_, title, _)| (*title).to_owned())
-}
-
 /// Title of a scene.
 pub fn scene(name: &str) -> String {
     found(&SCENES, name).map_or_else(|| sentence(name), str::to_owned)
@@ -116,29 +94,19 @@ pub fn value(value: &Value) -> String {
 }
 
 /// Whether a parameter is one of the main ones of a technique.
-pub fn is_main(technique: &str, parameter: &Parameter) -> bool {
-    let main = TECHNIQUES.iter().find(|(key, ..)| *key == technique).map_or(&[][..], |(.., main)| main);
-    parameter.technique == technique && main.contains(&parameter.name)
+pub fn is_main(technique: &Technique, parameter: &Parameter) -> bool {
+    parameter.technique == technique.name && technique.main.contains(&parameter.name)
 }
 
 #[cfg(test)]
 mod tests {
     use halflight_scenes::bundled::NAMES;
-    use halflight_techniques::{TECHNIQUES as ALL, parameters_of};
 
     use super::*;
     use crate::state::OUTPUTS;
 
     #[test]
     fn everything_has_a_title_and_every_title_something() {
-        for technique in ALL {
-            let (.., main) = TECHNIQUES.iter().find(|(key, ..)| *key == technique.name).expect("a title");
-            let declared = parameters_of(technique);
-            let own = declared.iter().filter(|parameter| is_main(technique.name, parameter)).count();
-            assert_eq!(own, main.len(), "{} has other main parameters: {main:?}", technique.name);
-            assert!(own <= 5);
-        }
-        assert_eq!(TECHNIQUES.len(), ALL.len());
         for name in NAMES {
             assert!(found(&SCENES, name).is_some(), "the scene {name} has no title");
         }
@@ -151,6 +119,5 @@ mod tests {
     fn names_become_words() {
         assert_eq!(sentence("start_resolution"), "Start resolution");
         assert_eq!((choice("half"), choice("eq4")), ("Half".to_owned(), "Point to disc".to_owned()));
-        assert_eq!(technique("a-new-one"), "A new one");
     }
 }

@@ -83,10 +83,14 @@ impl LightSources {
 pub struct Technique {
     /// Name in files and tables.
     pub name: &'static str,
+    /// Name in words.
+    pub title: &'static str,
     /// Summary in one sentence.
     pub summary: &'static str,
     /// Its parameters.
     pub parameters: fn() -> Vec<Parameter>,
+    /// Names of its main parameters, at most five: those that interfaces show first.
+    pub main: &'static [&'static str],
     /// Fills in defaults and checks values. Settings of other techniques are ignored.
     pub complete: fn(&Settings) -> Result<Settings, SettingsError>,
     /// The optional G-buffer channels that it reads.

@@ -12,7 +12,7 @@ use crate::{
     readback::TextureReading,
     reference::{ALL_BOUNCES, Subject},
     show::Look,
-    side::{Moment, Progress, Side, SideTime},
+    side::{Moment, Progress, Side, SideTime, Wanted},
     stage::Stage,
     state::{Bounces, View},
 };
@@ -154,7 +154,8 @@ impl Viewer {
         let turn = other.is_none_or(|(measuring, done)| !measuring && (own <= done || done >= rounds));
         // Measurements start after the first picture.
         let measure = turn && self.playing.is_none() && (self.exposure.is_some() || self.state.exposure.is_some());
-        side.draw(ctx, gpu, stage, moment, measure, rounds, self.benchmark || self.listing[index])
+        let wanted = Wanted { measure, rounds, of_scene: self.benchmark || self.listing[index] };
+        side.draw(ctx, gpu, stage, moment, wanted)
     }
 
     /// Determines the exposure from the direct light of side A, which does not depend on a technique's settings.

@@ -8,7 +8,6 @@ use crate::{
     messages::Severity,
     numbers, panels,
     style::{SIDE_COLOURS, SIDE_NAMES},
-    words,
 };
 
 /// The sides' names in marks, as in links.
@@ -26,9 +25,9 @@ impl Viewer {
                 if index == 1 && !self.state.compare {
                     continue;
                 }
-                let technique = words::technique(self.state.sides[index].technique);
+                let technique = self.state.sides[index].technique().title;
                 let letter = self.state.compare.then_some(index);
-                side_section(ui, letter, &technique, |ui| {
+                side_section(ui, letter, technique, |ui| {
                     ui.push_id(index, |ui| {
                         let (side, search) = (&mut self.state.sides[index], &mut self.search[index]);
                         panels::configuration(ui, mark, side, search, &mut self.marks);
@@ -83,11 +82,11 @@ impl Viewer {
     /// What the plan of a side leaves out.
     fn notes(&self, ui: &mut Ui, index: usize) {
         let Some(side) = &self.sides[index] else { return };
-        let technique = side.configuration().technique;
+        let technique = side.configuration().technique();
         // The name of the baseline says what it leaves out.
-        for note in side.plan().notes.iter().filter(|_| technique != "none") {
-            let note = match note.strip_prefix(technique) {
-                Some(rest) => format!("{}{rest}.", words::technique(technique)),
+        for note in side.plan().notes.iter().filter(|_| technique.name != "none") {
+            let note = match note.strip_prefix(technique.name) {
+                Some(rest) => format!("{}{rest}.", technique.title),
                 None => note.clone(),
             };
             ui.label(RichText::new(note).color(ui.visuals().warn_fg_color).size(13.0));

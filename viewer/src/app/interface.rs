@@ -228,7 +228,7 @@ impl Viewer {
         if self.view() == View::Reference {
             return Caption { letter: None, text: if index == 0 { "Reference".into() } else { String::new() } };
         }
-        Caption { letter, text: words::technique(side.configuration().technique) }
+        Caption { letter, text: side.configuration().technique().title.into() }
     }
 
     /// Whether errors of pixels are more than the noise of the reference.
@@ -257,7 +257,7 @@ impl Viewer {
                 match (&self.side_errors[0], side) {
                     (Some(error), _) => error,
                     (None, Some(side)) if side.is_drawn() && self.exposure.is_some() => {
-                        let technique = words::technique(side.configuration().technique);
+                        let technique = side.configuration().technique().title;
                         return Some(match &view {
                             View::Output(name) => {
                                 let what = words::view(name).to_lowercase();

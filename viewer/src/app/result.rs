@@ -10,7 +10,6 @@ use crate::{
     side::SideTime,
     state::{Bounces, Configuration},
     style::letter,
-    words,
 };
 
 /// Size of the figures, points.
@@ -40,7 +39,7 @@ impl Viewer {
                 let mut left = column.new_child(UiBuilder::new().layout(Layout::top_down(Align::Min)));
                 let ui = &mut left;
                 ui.spacing_mut().item_spacing.y = 2.0;
-                let title = words::technique(self.state.sides[index].technique);
+                let title = self.state.sides[index].technique().title;
                 ui.horizontal(|ui| {
                     if count > 1 {
                         ui.label(letter(index).size(16.0));

@@ -66,8 +66,8 @@ function blockRelMse(found, wanted, mask, width) {
 }
 
 /**
- * relMSE over blocks, root of the mean square of the difference, mean of it, and the factor of the light that makes it least: over the pixels that
- * show a surface.
+ * relMSE over blocks, root of the mean square of the difference, mean of it, and the factor of the light that makes it least:
+ * over the pixels that show a surface.
  */
 function errors(all, reference, mask, width) {
   const [found, wanted] = [all, reference].map((one) => one.filter((_, i) => mask[i]));

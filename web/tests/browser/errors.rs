@@ -25,7 +25,7 @@ fn errors_are_right_from_the_first_one_shown() {
     for (scene, samples) in [("cornell", 512), ("room", 256)] {
         // A small page, because painting it takes longer than tracing.
         let mut page = Page::open([360, 300], 1.0);
-        page.go(&format!("{}#scene={scene}&size=64x36&a=none&b=ssdo&compare=on", demo()));
+        page.go(&format!("{}#scene={scene}&size=64x36&a=none&b=hierarchical&compare=on", demo()));
         let mut shown: BTreeMap<String, Vec<(u64, f64)>> = BTreeMap::new();
         let mut now = 0;
         while now < samples {

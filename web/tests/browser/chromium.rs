@@ -294,7 +294,7 @@ impl Page {
     }
 
     /// Waits until the page has painted a frame after everything sent so far: the viewer reads its input once per frame.
-    fn frame(&mut self) {
+    pub fn frame(&mut self) {
         // The first callback may belong to a frame that had already begun.
         self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))");
     }

@@ -106,6 +106,13 @@ fn act(page: &mut Page, report: &Value, numbers: &mut Numbers) -> String {
     }
 }
 
+/// Lets the page draw: a few frames, so that there is a picture.
+fn frames(page: &mut Page) {
+    for _ in 0..6 {
+        page.frame();
+    }
+}
+
 #[test]
 fn random_actions_cause_no_error_of_the_device() {
     let _alone = alone();
@@ -118,6 +125,10 @@ fn random_actions_cause_no_error_of_the_device() {
         let has_errors = report["device_errors"] != 0;
         assert!(report.is_object() && !has_errors, "after {:?}: {}", done.last(), report["messages"]);
         done.push(act(&mut page, &report, &mut numbers));
+        // Actions that come too fast for a picture find other faults than those that replace one.
+        if numbers.below(3) == 0 {
+            frames(&mut page);
+        }
     }
     page.resize([1180, 720]);
     page.evaluate("halflight.go_to('scene=cornell&size=96x54&truth=off&a=ssdo')");
@@ -129,4 +140,23 @@ fn random_actions_cause_no_error_of_the_device() {
     let bad =
         |line: &&String| ["Destroyed", "alidation", "panicked", "unreachable"].iter().any(|word| line.contains(word));
     assert_eq!(page.console.iter().find(bad), None, "the last actions: {:?}", &done[done.len() - 9..]);
+}
+
+#[test]
+fn a_view_that_a_technique_lacks_destroys_nothing_that_is_painted() {
+    let _alone = alone();
+    let mut page = open("scene=cornell&size=96x54&a=ssao&truth=off");
+    page.wait("the first picture", settled);
+    for (technique, view) in [
+        ("ssao", "surfels_4"),
+        ("none", "final"),
+        ("none", "ambient_occlusion"),
+        ("bitmask", "final"),
+        ("none", "gathered"),
+    ] {
+        page.evaluate(&format!("halflight.go_to('scene=cornell&size=96x54&a={technique}&truth=off&view={view}')"));
+        frames(&mut page);
+        let report = page.report();
+        assert_eq!(report["device_errors"], 0, "{technique}, {view}: {}", report["messages"]);
+    }
 }

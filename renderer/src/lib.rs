@@ -2,12 +2,15 @@
 //!
 //! The crate knows wgpu. It knows nothing of files, windows, reports or single techniques. It compiles for
 //! `wasm32-unknown-unknown`.
+//!
+//! The feature `truth`, which is on by default, adds the path tracer. Techniques do without it.
 
 mod frame;
 pub mod gi;
 pub mod parameters;
 pub mod scene;
 pub mod texels;
+#[cfg(feature = "truth")]
 pub mod truth;
 
 pub use frame::{

@@ -73,6 +73,8 @@ pub fn run_all() -> Result<ExitCode, Stop> {
     // With every feature that a default build leaves out.
     clippy(&["--workspace", "--all-targets", "--features", "halflight-viewer/hot-reload"])?;
     clippy(&[&["--target", setup::WASM], PORTABLE.as_slice()].concat())?;
+    // Another program gets the techniques without the path tracer, the viewer and the evaluator.
+    clippy(&["-p", "halflight-techniques", "--lib"])?;
     run(
         cargo(&["doc", "--workspace", "--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "--deny warnings"),
         "fix the documentation that it names",

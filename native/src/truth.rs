@@ -255,10 +255,18 @@ impl<'a> TruthSource<'a> {
         let mut inputs = KeyInputs::default();
         inputs.add(&[FORMAT]).add_text(self.scene_hash.get_or_init(|| scene_hash(self.scene)).as_str());
         // Destructured, so that a new field cannot be left out.
-        let Request { camera, size, bounce1, bounces, on_screen, glossy, ambient_occlusion, seed } = request;
+        let Request { camera, size, bounce1, bounces, on_screen, glossy, ambient_occlusion, texture_filter, seed } =
+            request;
         let Camera { eye, target, up, vertical_fov_degrees } = camera;
         inputs.add(&[*eye, *target, *up]).add(&[*vertical_fov_degrees]).add(size);
-        inputs.add(&[u32::from(*bounce1), *bounces, u32::from(*on_screen), u32::from(*glossy), *seed]);
+        inputs.add(&[
+            u32::from(*bounce1),
+            *bounces,
+            u32::from(*on_screen),
+            u32::from(*glossy),
+            *texture_filter as u32,
+            *seed,
+        ]);
         inputs.add(ambient_occlusion.as_slice()).add_text(halflight_renderer::truth::shader_source());
         inputs.key()
     }

@@ -11,6 +11,7 @@ use halflight_shared_shaders::{
 };
 use wgpu::TextureFormat as Format;
 
+pub use self::surfaces::Surfaces;
 pub use within::{PlanInputs, Planner, plan_within};
 
 use self::surfaces::{GBuffer, LookedUp, SceneResources, plan_direct, plan_gbuffer};
@@ -19,7 +20,7 @@ use crate::{
         ExtraView, GBufferNeeds, Inputs, MotionInputs, ReceiveOnlyInputs, Storage, Technique,
         shadow_maps::{DirectLight, ShadowMaps, plan_shadow_maps},
     },
-    parameters::{Settings, SettingsError},
+    parameters::{Parameter, Settings, SettingsError},
     scene::SceneFacts,
 };
 
@@ -36,6 +37,11 @@ pub enum DirectSource {
     Rendered,
     /// A texture `direct` of the caller, for example a path-traced one.
     Given,
+}
+
+/// Parameters of every frame, whatever its technique: those of the G-buffer and of direct light.
+pub fn frame_parameters() -> Vec<Parameter> {
+    [Surfaces::parameters(), DirectLight::parameters()].concat()
 }
 
 /// Plans a whole frame: `technique` with `settings` on a scene with these facts, at this size in pixels.
@@ -209,6 +215,7 @@ fn plan_scene_for(
         objects: (facts.needs.moving_objects > 0)
             .then(|| plan.changing_scene_buffer("scene.objects", "objects are animated")),
         direct: DirectLight::from_settings(settings)?.storage,
+        texture_filter: Surfaces::from_settings(settings)?.texture_filter,
     };
     let looked_up = LookedUp {
         glossy: facts.needs.glossy && needs.glossy_material,

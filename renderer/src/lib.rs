@@ -14,7 +14,7 @@ pub mod texels;
 pub mod truth;
 
 pub use frame::{
-    DirectSource, PlanInputs, Planner, extra_views, plan_frame, plan_indirect, plan_scene, plan_technique,
-    plan_technique_of_scene, plan_within,
+    DirectSource, PlanInputs, Planner, Surfaces, extra_views, frame_parameters, plan_frame, plan_indirect, plan_scene,
+    plan_technique, plan_technique_of_scene, plan_within,
 };
 pub use gi::shadow_maps::DirectLight;

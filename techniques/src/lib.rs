@@ -16,7 +16,7 @@ pub mod ssao;
 pub mod ssdo;
 
 use halflight_renderer::{
-    DirectLight,
+    frame_parameters,
     gi::{GBufferNeeds, LightSources, Technique},
     parameters::{Parameter, Settings, SettingsError},
 };
@@ -78,10 +78,10 @@ pub fn needs_of_any(settings: &Settings) -> Result<GBufferNeeds, SettingsError> 
     })
 }
 
-/// All parameters of a technique: its own and those of direct light.
+/// All parameters of a technique: its own and those of every frame.
 pub fn parameters_of(technique: &Technique) -> Vec<Parameter> {
     let mut all = (technique.parameters)();
-    all.extend(DirectLight::parameters());
+    all.extend(frame_parameters());
     all
 }
 

@@ -4,14 +4,14 @@
 use std::collections::BTreeSet;
 
 use halflight_renderer::{
-    DirectLight,
+    frame_parameters,
     parameters::{Kind, Parameter, Settings, Value, check_settings},
 };
 use halflight_techniques::{TECHNIQUES, hierarchical::Hierarchical, parameters_of, technique};
 
 fn all() -> Vec<Parameter> {
     let techniques = TECHNIQUES.iter().flat_map(|technique| (technique.parameters)());
-    techniques.chain(DirectLight::parameters()).collect()
+    techniques.chain(frame_parameters()).collect()
 }
 
 #[test]

@@ -129,7 +129,9 @@ impl ReferenceTracer {
                 Tracer::new(gpu, &stage.scene, &stage.buffers)?
             });
         }
-        let request = Request { bounces: subject.bounces, ..Request::new(subject.camera, subject.size) };
+        let texture_filter = stage.texture_filter();
+        let request =
+            Request { bounces: subject.bounces, texture_filter, ..Request::new(subject.camera, subject.size) };
         if self.trace.is_none() {
             let tracer = self
                 .tracer

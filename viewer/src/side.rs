@@ -6,7 +6,7 @@ use halflight_frame_graph::{
 };
 use halflight_renderer::{
     PlanInputs,
-    parameters::SettingsError,
+    parameters::{ParameterType, SettingsError},
     plan_frame, plan_within,
     scene::{LIGHTS, SceneMotion, camera_view},
 };
@@ -119,7 +119,10 @@ pub enum Progress {
 /// # Errors
 /// A setting out of range, or something that the device cannot hold.
 fn plan(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<FramePlan, SettingsError> {
-    let (technique, settings) = (configuration.technique(), &configuration.settings);
+    let technique = configuration.technique();
+    let mut settings = configuration.settings.clone();
+    settings.entry("gbuffer.texture_filter".to_owned()).or_insert_with(|| stage.texture_filter().to_value());
+    let settings = &settings;
     let parameters = (technique.parameters)();
     let inputs = PlanInputs { parameters: &parameters, settings, size };
     plan_within(&gpu.limits(), &stage.facts, inputs, &|settings, size| {

@@ -2,7 +2,10 @@
 
 use glam::Vec3;
 use halflight_frame_graph::Gpu;
-use halflight_renderer::scene::{SceneBuffers, SceneFacts, Sight};
+use halflight_renderer::{
+    gi::TextureFilter,
+    scene::{SceneBuffers, SceneFacts, Sight},
+};
 use halflight_scenes::{Camera, Light, Scene};
 
 /// A scene on a device.
@@ -34,6 +37,12 @@ impl Stage {
         let facts = SceneFacts::within(&scene, sight.extent(&[scene.camera]));
         let buffers = SceneBuffers::new(gpu, &scene);
         Self { original_lights: scene.lights.clone(), scene, facts, buffers, software, sight, looked_from: None }
+    }
+
+    /// How textures are read in pictures and in the reference, unless a setting says otherwise. Means over pixels take two to
+    /// three times as long to draw on software adapters.
+    pub fn texture_filter(&self) -> TextureFilter {
+        if self.software { TextureFilter::Bilinear } else { TextureFilter::Mips }
     }
 
     /// Updates the lights; false if nothing changed.

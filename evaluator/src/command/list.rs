@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use halflight_output::terminal;
+use halflight_renderer::frame_parameters;
 use halflight_techniques::{TECHNIQUES, parameters_of};
 use serde_json::json;
 
@@ -30,7 +31,9 @@ pub(super) fn main(args: &ListArgs) -> Result<(), Error> {
         What::Techniques => TECHNIQUES.iter().map(|t| json!({ "name": t.name, "summary": t.summary })).collect(),
         What::Parameters => {
             let mut all: Vec<_> = TECHNIQUES.iter().flat_map(parameters_of).collect();
-            all.sort_by_key(|p| p.technique == "direct");
+            // Those of every frame come last.
+            let of_frames = frame_parameters();
+            all.sort_by_key(|p| of_frames.iter().position(|other| other.key() == p.key()));
             all.dedup_by_key(|p| p.key());
             all.iter()
                 .map(|p| {

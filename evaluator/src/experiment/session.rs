@@ -221,9 +221,12 @@ impl<'a> Session<'a> {
         textures: impl FnOnce() -> HashMap<&'static str, wgpu::Texture>,
     ) -> Result<Frames<'a>, Error> {
         let Wanted { facts, technique, settings, size, seed } = wanted;
-        // Direct light of images and measurements is not rounded, unless that is what is measured.
+        // Direct light of images and measurements is not rounded, and their textures are read as those of references are,
+        // unless that is what is measured.
         let mut settings = settings.clone();
-        settings.entry("direct.storage".to_owned()).or_insert_with(|| Value::parse("float32"));
+        for (key, value) in [("direct.storage", "float32"), ("gbuffer.texture_filter", "bilinear")] {
+            settings.entry(key.to_owned()).or_insert_with(|| Value::parse(value));
+        }
         let settings = &settings;
         let gpu = &self.native.gpu;
         let parameters = technique.map(|technique| (technique.parameters)()).unwrap_or_default();

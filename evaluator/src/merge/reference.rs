@@ -14,7 +14,10 @@ use halflight_native::{
     scene_hash::scene_hash,
     truth::TruthSource,
 };
-use halflight_renderer::truth::{Request, Sums, Truth, is_lit};
+use halflight_renderer::{
+    gi::TextureFilter,
+    truth::{Request, Sums, Truth, is_lit},
+};
 use halflight_scenes::{Camera, Scene};
 use serde::{Deserialize, Serialize};
 
@@ -83,7 +86,9 @@ impl About {
         samples: u32,
     ) -> Self {
         // Destructured, so that a new field cannot be left out.
-        let Request { camera, size, bounce1, bounces, on_screen, glossy, ambient_occlusion, seed } = request.clone();
+        // References of the evaluator are bilinear.
+        let Request { camera, size, bounce1, bounces, on_screen, glossy, ambient_occlusion, texture_filter: _, seed } =
+            *request;
         let Camera { eye, target, up, vertical_fov_degrees } = camera;
         let info = &native.info;
         Self {
@@ -114,7 +119,8 @@ impl About {
         let &Self { eye, target, up, vertical_fov_degrees, size, bounces, bounce1, .. } = self;
         let &Self { on_screen, glossy, ambient_occlusion, seed, .. } = self;
         let camera = Camera { eye, target, up, vertical_fov_degrees };
-        Request { camera, size, bounce1, bounces, on_screen, glossy, ambient_occlusion, seed }
+        let texture_filter = TextureFilter::Bilinear;
+        Request { camera, size, bounce1, bounces, on_screen, glossy, ambient_occlusion, texture_filter, seed }
     }
 
     /// What must be the same in all parts, by key.

@@ -10,11 +10,22 @@ use wgpu::TextureFormat as Format;
 use super::{DirectSource, SceneFacts};
 use crate::{
     gi::{
-        Storage,
+        Storage, TextureFilter,
         shadow_maps::{ShadowMaps, counted},
     },
+    parameters,
     scene::triangles,
 };
+
+parameters! {
+    /// Parameters of the G-buffer.
+    pub struct Surfaces("gbuffer") {
+        /// How textures of materials are read. Images and measurements of the evaluator are bilinear, unless this is set; so are
+        /// pictures of the viewer on a software adapter.
+        texture_filter: TextureFilter = TextureFilter::Mips, unit "",
+        grid [TextureFilter::Mips, TextureFilter::Bilinear], role Plan;
+    }
+}
 
 pub(super) struct SceneResources {
     pub(super) vertices: ResourceId,
@@ -23,6 +34,7 @@ pub(super) struct SceneResources {
     pub(super) objects: Option<ResourceId>,
     /// Storage of direct light.
     pub(super) direct: Storage,
+    pub(super) texture_filter: TextureFilter,
 }
 
 pub(super) struct GBuffer {
@@ -90,6 +102,7 @@ pub(super) fn plan_gbuffer(
         materials: scene.materials,
         alpha_tested: needs.alpha_tested,
         textured: needs.textured,
+        mips: needs.textured && scene.texture_filter == TextureFilter::Mips,
         texels: scene.texels,
         material_id: material.is_some(),
         animated: scene.objects,

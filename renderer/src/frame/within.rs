@@ -2,7 +2,7 @@
 
 use halflight_frame_graph::{BeyondLimits, DeviceLimits, FramePlan, Limit, Resource};
 
-use crate::DirectLight;
+use super::frame_parameters;
 use crate::{
     parameters::{Kind, Parameter, Settings, SettingsError, Value},
     scene::SceneFacts,
@@ -14,7 +14,7 @@ pub type Planner<'a> = dyn Fn(&Settings, [u32; 2]) -> Result<FramePlan, Settings
 /// What a plan is made from, apart from the scene.
 #[derive(Clone, Copy)]
 pub struct PlanInputs<'a> {
-    /// Parameters of the technique. Those of direct light need not be among them.
+    /// Parameters of the technique. Those of every frame need not be among them.
     pub parameters: &'a [Parameter],
     /// Settings.
     pub settings: &'a Settings,
@@ -101,8 +101,8 @@ fn with_fix(
         let [w, h] = sized(scale);
         return SettingsError(format!("{}: use at most {w}x{h} pixels", beyond.demand.excess()));
     }
-    let own = DirectLight::parameters();
-    let others = inputs.parameters.iter().filter(|parameter| parameter.technique != DirectLight::TECHNIQUE);
+    let own = frame_parameters();
+    let others = inputs.parameters.iter().filter(|parameter| own.iter().all(|own| own.key() != parameter.key()));
     for parameter in own.iter().chain(others) {
         let key = parameter.key();
         let (Kind::Int(low, _), Value::Int(now)) =

@@ -113,3 +113,13 @@ choice! {
         Float32 = "float32",
     }
 }
+
+choice! {
+    /// How textures of materials are read where the camera sees them.
+    pub enum TextureFilter {
+        /// The mean over the pixel, from smaller copies of the texture.
+        Mips = "mips",
+        /// The value at the centre of the pixel, from the four nearest texels.
+        Bilinear = "bilinear",
+    }
+}

@@ -17,6 +17,8 @@ mod technique;
 pub mod temporal;
 pub mod translucency;
 
-pub use choices::{Finds, Resolution, Sources, Spacing, StartResolution, Storage, Switch, UpsamplingKernel, Weighting};
+pub use choices::{
+    Finds, Resolution, Sources, Spacing, StartResolution, Storage, Switch, TextureFilter, UpsamplingKernel, Weighting,
+};
 pub use inputs::{ExtraView, Inputs, MotionInputs, ReceiveOnlyInputs};
 pub use technique::{GBufferNeeds, LightSources, Reach, Technique};

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use halflight_shared_shaders::truth::path_trace;
 
 use super::TruthError;
+use crate::gi::TextureFilter;
 
 /// A request to the path tracer. Depth, normal, albedo, position and `direct` are always included: they cost one ray
 /// per pixel and one per light.
@@ -26,6 +27,8 @@ pub struct Request {
     pub glossy: bool,
     /// Radius of the ambient visibility, scene units; 0 for unlimited; `None` for no ambient visibility.
     pub ambient_occlusion: Option<f32>,
+    /// How textures are read at primary hits. Further hits are always bilinear.
+    pub texture_filter: TextureFilter,
     /// Seed of all random numbers. The same seed gives the same sums, bit for bit, on the same adapter.
     pub seed: u32,
 }
@@ -106,6 +109,7 @@ impl Request {
             on_screen: false,
             glossy: false,
             ambient_occlusion: None,
+            texture_filter: TextureFilter::Bilinear,
             seed: 0,
         }
     }
@@ -184,6 +188,7 @@ impl Layout {
             draw_sky: false,
             translucent: false,
             holes: false,
+            mips: false,
         }
     }
 }

@@ -15,6 +15,7 @@ use halflight_shared_shaders::{
 };
 
 use super::{Request, State, Stop, Tracer, Truth, TruthError, request::Layout, state::PrimarySurface};
+use crate::gi::TextureFilter;
 
 /// Target time of one batch: short enough for a browser's watchdog and for a progress bar.
 const BATCH: Duration = Duration::from_millis(100);
@@ -123,6 +124,7 @@ impl Trace {
             environment: tracer.has_environment,
             draw_emitters: tracer.emitter_count > 0,
             draw_sky: tracer.draws_sky,
+            mips: request.texture_filter == TextureFilter::Mips,
             ..layout.constants(request.path_bounces())
         };
         let view = request.camera.view_matrix();

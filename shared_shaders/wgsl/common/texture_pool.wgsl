@@ -2,6 +2,9 @@
 // same values in the rasterizer and the path tracer. The functions take fetched words, because WGSL cannot pass a binding
 // to a function. A shader that binds `texels` calls `texture_footprint`, loads the four words and calls
 // `filter_footprint`.
+//
+// A texture is a header (width and height of level 0), the texels of level 0, then those of its other levels. Each level has
+// half the width and height of the one before, rounded down and at least 1; the last one has a single texel.
 import package::common::scene::decode_texel;
 
 struct Footprint {
@@ -11,14 +14,38 @@ struct Footprint {
     weights: vec2f,
 }
 
-/// Texels around `uv` in a texture whose header (width, height) is at `start`; the texture repeats.
-fn texture_footprint(start: u32, size: vec2u, uv: vec2f) -> Footprint {
+/// Words of a texture's header: width and height.
+const HEADER: u32 = 2u;
+
+/// A level of a texture.
+struct Level {
+    // Index of its first texel.
+    first: u32,
+    // Width and height, texels.
+    size: vec2u,
+}
+
+/// A level of the texture whose header is at `start`, with `size` texels in level 0.
+fn texture_level(start: u32, size: vec2u, index: u32) -> Level {
+    var level = Level(start + HEADER, size);
+    for (var i = 0u; i < index; i++) {
+        level = Level(level.first + level.size.x * level.size.y, max(level.size / 2u, vec2u(1u)));
+    }
+    return level;
+}
+
+/// Texels around `uv` in a level; the texture repeats.
+fn texture_footprint(level: Level, uv: vec2f) -> Footprint {
+    let size = level.size;
     // `fract` before scaling keeps precision for coordinates far from the origin.
     let position = fract(uv) * vec2f(size) - 0.5;
     let base = floor(position);
-    let low = (vec2i(base) + vec2i(size)) % vec2i(size);
-    let high = (low + 1) % vec2i(size);
-    let row = vec2u(vec2i(low.y, high.y)) * size.x + start + 2u;
+    // Between -1 and the last texel. Divisions of whole numbers are slow.
+    let found = vec2i(base);
+    let end = vec2i(size);
+    let low = select(found, end - 1, found < vec2i(0));
+    let high = select(low + 1, vec2i(0), low + 1 >= end);
+    let row = vec2u(vec2i(low.y, high.y)) * size.x + level.first;
     let column = vec2u(vec2i(low.x, high.x));
     return Footprint(
         vec4u(row.x + column.x, row.x + column.y, row.y + column.x, row.y + column.y),

@@ -1,4 +1,4 @@
-// variants: alpha_tested, textured, material_id, animated, object_id
+// variants: alpha_tested, textured, mips, material_id, animated, object_id
 // The G-buffer: depth, normal and albedo of what the camera sees, and, where a later pass needs them, the index of the
 // material and of the animated object.
 import package::common::view::{View, project};
@@ -6,7 +6,8 @@ import package::common::scene::{Vertex, Material, vertex_normal};
 @if(textured) import package::common::scene::NO_TEXTURE;
 @if(animated) import package::common::scene::{Object, transform_normal};
 @if(alpha_tested) import package::common::scene_textures::is_hole;
-@if(textured) import package::common::scene_textures::sample_texture;
+@if(textured && !mips) import package::common::scene_textures::sample_texture;
+@if(mips) import package::common::scene_textures::sample_pixel;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
@@ -56,6 +57,8 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
 fn fragment(in: Varyings) -> Targets {
     // If opposite vertex normals cancel, use the normal of the triangle.
     let flat_normal = cross(dpdx(in.position), dpdy(in.position));
+    @if(mips) let across = dpdxFine(in.uv);
+    @if(mips) let down = dpdyFine(in.uv);
     let material = materials[in.material];
     @if(alpha_tested) {
         if is_hole(material.alpha_texture, in.uv) {
@@ -65,7 +68,12 @@ fn fragment(in: Varyings) -> Targets {
     var albedo = material.albedo;
     @if(textured) {
         if material.albedo_texture != NO_TEXTURE {
-            albedo *= sample_texture(material.albedo_texture, in.uv).rgb;
+            @if(mips) {
+                albedo *= sample_pixel(material.albedo_texture, in.uv, across, down).rgb;
+            }
+            @if(!mips) {
+                albedo *= sample_texture(material.albedo_texture, in.uv).rgb;
+            }
         }
     }
     var normal = select(flat_normal, in.normal, dot(in.normal, in.normal) > 1e-8);

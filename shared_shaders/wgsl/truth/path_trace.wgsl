@@ -11,7 +11,7 @@ import package::common::view::view_position;
 import package::common::streams::{PATH_GLOSSY_STREAM, PATH_LIGHT_STREAM};
 import package::truth::params::params;
 import package::truth::traversal::{FAR, Ray, Hit, traverse};
-import package::truth::surface::{Surface, materials, surface_at, unit_or, offset_length, ray_from};
+import package::truth::surface::{Surface, albedo_of_pixel, materials, surface_at, unit_or, offset_length, ray_from};
 import package::truth::emitters::emitter_density;
 import package::truth::sources::{all_emitters_of_scene, draw_source};
 import package::truth::sky::{sky_radiance, sky_density};
@@ -44,6 +44,8 @@ override DRAW_SKY: bool;
 override TRANSLUCENT: bool;
 /// Whether any triangle is alpha-masked.
 override HOLES: bool;
+/// Whether textures are averaged over the pixels that show them.
+override MIPS: bool;
 
 /// Paths of lower weight may end early. Russian roulette compensates.
 const ROULETTE_WEIGHT: f32 = 0.1;
@@ -160,6 +162,13 @@ fn pixel_of(workgroup: vec3u, workgroups: vec3u, local: vec2u) -> vec2u {
     return select(vec2u(params.width, params.height), pixel, index < params.block_count);
 }
 
+/// Direction from the eye through the centre of a pixel. Not normalized: its length along the axis is 1, so that distances
+/// are planar depths.
+fn direction_of(pixel: vec2u) -> vec3f {
+    let uv = (vec2f(pixel) + 0.5) / vec2f(f32(params.width), f32(params.height));
+    return (params.view_to_world * vec4f(view_position(uv, 1.0, params.tan_half_fov), 0.0)).xyz;
+}
+
 @compute @workgroup_size(8, 8)
 fn primary(
     @builtin(workgroup_id) workgroup: vec3u,
@@ -170,15 +179,18 @@ fn primary(
     if pixel.x >= params.width || pixel.y >= params.height {
         return;
     }
-    // Not normalized: its length along the axis is 1, so that distances are planar depths.
-    let uv = (vec2f(pixel) + 0.5) / vec2f(f32(params.width), f32(params.height));
-    let direction = (params.view_to_world * vec4f(view_position(uv, 1.0, params.tan_half_fov), 0.0)).xyz;
+    let direction = direction_of(pixel);
     let ray = Ray(params.view_to_world[3].xyz, direction);
     let hit = trace(ray, FAR, false);
     var rays = 1u;
     var result = PrimarySurface();
     if hit.distance < FAR {
-        let surface = surface_at(hit, ray);
+        var surface = surface_at(hit, ray);
+        if MIPS {
+            // The other pixels of its group of 2x2, from which rasterizers take differences.
+            let right = direction_of(vec2u(pixel.x ^ 1u, pixel.y));
+            surface.albedo = albedo_of_pixel(hit, ray, right, direction_of(vec2u(pixel.x, pixel.y ^ 1u)));
+        }
         result.position = surface.position;
         result.depth = hit.distance;
         result.normal = surface.normal;

@@ -1,6 +1,6 @@
 // Points on surfaces, and rays that leave them.
 import package::common::scene::{Material, NO_TEXTURE};
-import package::common::scene_textures::sample_texture;
+import package::common::scene_textures::{sample_pixel, sample_texture};
 import package::truth::traversal::{Ray, Hit, triangles, texel_coordinates, cross_triangle, attributes_at};
 
 @group(0) @binding(5) var<storage, read> materials: array<Material>;
@@ -68,6 +68,19 @@ fn surface_at(hit: Hit, ray: Ray) -> Surface {
         (on_it.material & RECEIVE_ONLY) == 0u,
         (on_it.material & MOVES) != 0u,
     );
+}
+
+/// Albedo of the surface that a pixel shows: the mean of its texture over the pixel. `right` and `below` are directions
+/// through the next pixels, from the same eye.
+fn albedo_of_pixel(hit: Hit, ray: Ray, right: vec3f, below: vec3f) -> vec3f {
+    let at = attributes_at(hit.slot, cross_triangle(hit.slot, ray).weights);
+    let material = materials[at.material & MATERIAL];
+    if material.albedo_texture == NO_TEXTURE {
+        return saturate(material.albedo);
+    }
+    let across = attributes_at(hit.slot, cross_triangle(hit.slot, Ray(ray.origin, right)).weights).uv - at.uv;
+    let down = attributes_at(hit.slot, cross_triangle(hit.slot, Ray(ray.origin, below)).weights).uv - at.uv;
+    return saturate(material.albedo * sample_pixel(material.albedo_texture, at.uv, across, down).rgb);
 }
 
 /// The offset of a ray from a surface of a scene with this radius, scene units.

@@ -84,7 +84,7 @@ fn each_need_adds_exactly_its_own() {
         |scene| scene.materials[0].albedo_texture = Some(0),
         &["scene.texels"],
         &[],
-        ["gbuffer/gbuffer+textured", shadow, direct],
+        ["gbuffer/gbuffer+textured+mips", shadow, direct],
     );
     check(
         |scene| scene.materials[0].alpha_texture = Some(0),

@@ -5,6 +5,7 @@ mod closed_forms;
 mod independent;
 mod promises;
 mod rare_light;
+mod textures;
 
 use halflight_native::{AdapterChoice, NativeGpu, truth::TruthSource};
 use halflight_renderer::truth::{Estimate, Request, Stop, Truth};

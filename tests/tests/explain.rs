@@ -24,11 +24,16 @@ fn lit_floor() -> Scene {
 }
 
 fn explain(scene: &Scene, technique: &str, values: &[(&str, &str)]) -> Explanation {
+    explain_frame(scene, technique, values, 8)
+}
+
+fn explain_frame(scene: &Scene, technique: &str, values: &[(&str, &str)], frame: u32) -> Explanation {
     let options = Options {
         technique: known(technique),
         settings: settings(technique, values),
         size: [96, 64],
         seed: 0,
+        frame,
         frames: 32,
         samples_per_pixel: 256,
         cache: None,
@@ -92,6 +97,43 @@ fn one_sample() {
         &[("start_resolution", "full"), ("disc_area", "texel"), ("samples", "1"), ("levels", "1")],
     );
     stands_alone(&explanation, "noise", "try more samples");
+}
+
+/// The first frame is far from the converged one. The 32nd is that one but for its random numbers.
+#[test]
+fn rays_not_yet_traced() {
+    let mut scene = lit_floor();
+    scene.name = "few rays".into();
+    let settings = [("bounces", "1"), ("rays", "64")];
+    let error = |frame: u32| {
+        let explanation = explain_frame(&scene, "radiance-cache", &settings, frame);
+        let rows = explanation.rows();
+        let names: Vec<_> = rows.iter().map(|row| row.link).collect();
+        assert_eq!(names, ["direct light", "rays not yet traced", "interpolation", "what is left"]);
+        [1, 2, 3].map(|row| rows[row].square.value)
+    };
+    let [first, interpolation, rest] = error(1);
+    let [last, interpolation_again, rest_again] = error(32);
+    assert!(last < 0.25 * first, "{last} after 32 frames, {first} after one");
+    // The other links do not know which frame is explained.
+    assert_eq!([interpolation, rest], [interpolation_again, rest_again]);
+}
+
+/// A second bounce has a link of its own, and the other links are those of one bounce.
+#[test]
+fn further_bounces() {
+    let scene = two_walls(-Vec3::Z);
+    let link = |explanation: &Explanation, name: &str| {
+        explanation.rows().iter().find(|row| row.link == name).map(|row| (row.bias.value, row.square.value))
+    };
+    let one = explain(&scene, "hierarchical", &[("bounces", "1")]);
+    let two = explain(&scene, "hierarchical", &[("bounces", "2")]);
+    assert_eq!(link(&one, "further bounces"), None);
+    assert!(link(&two, "further bounces").is_some_and(|(_, square)| square > 0.0));
+    for name in ["missing visibility", "off-screen and hidden light"] {
+        assert_eq!(link(&one, name), link(&two, name), "{name}");
+    }
+    assert!(two.truth_mean > one.truth_mean, "the reference has both bounces");
 }
 
 #[test]

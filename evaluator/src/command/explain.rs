@@ -29,7 +29,11 @@ pub(super) struct ExplainArgs {
     /// Image size, pixels; the exhaustive sum takes time with the square of their number.
     #[arg(long, default_value = "320x180", value_parser = parse_size, value_name = "WxH")]
     size: [u32; 2],
-    /// Frames that stand for the converged image.
+    /// The frame that is explained, counted from 1, of a technique that keeps light in the world.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    frame: u32,
+    /// Frames that stand for the converged image. Of a technique that keeps light in the world, the number of frames after
+    /// which it counts as converged.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
     /// Samples a pixel of the reference.
@@ -59,6 +63,7 @@ impl ExplainArgs {
             .option("scene", self.scene.scene.display())
             .technique(technique, settings)
             .size(self.size)
+            .option_unless("frame", self.frame, 8)
             .option("frames", self.frames)
             .option("samples-per-pixel", self.samples_per_pixel)
             .option("direct", &self.direct)
@@ -82,6 +87,7 @@ pub(super) fn main(args: &ExplainArgs) -> Result<(), Error> {
         settings,
         size: args.size,
         seed: args.seed,
+        frame: args.frame,
         frames: args.frames,
         samples_per_pixel: args.samples_per_pixel,
         cache: Some(Cache::standard()),

@@ -4,9 +4,10 @@ use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, Value},
 };
+use halflight_techniques::radiance_cache::RadianceCache;
 
 use super::{
-    ELSEWHERE, EVERYWHERE, SHOWN,
+    ELSEWHERE, EVERYWHERE, FURTHER, INTERPOLATION, REST, SHOWN, UNTRACED,
     chain::{Link, Moments},
 };
 
@@ -54,11 +55,16 @@ pub fn advice(technique: &Technique, settings: &Settings, links: &[Link], moment
             let options: Vec<_> = options.chain(has("start_resolution").map(|_| "start_resolution")).collect();
             format!("try a finer {}", options.join(", "))
         }
+        UNTRACED => "wait for more frames, or try more rays".to_owned(),
+        INTERPOLATION => "try a smaller spacing".to_owned(),
+        FURTHER if technique.name == RadianceCache::TECHNIQUE => "try more links".to_owned(),
+        FURTHER => "try another number of bounces".to_owned(),
+        REST => "no setting of it helps".to_owned(),
         _ => "no method that reads one screen can add it: show more of the scene, or use one that has other views"
             .to_owned(),
     };
     let samples = match share("noise") {
-        _ if largest == "noise" => String::new(),
+        _ if largest == "noise" || links.iter().any(|link| link.name == UNTRACED) => String::new(),
         noise if noise < 0.05 => "more samples cannot help: ".into(),
         noise => format!("more samples can take away {} at most: ", percent(noise)),
     };
@@ -72,6 +78,9 @@ fn said(link: &str) -> &str {
         "off-screen and hidden light" => "light from surfaces that the screen does not show",
         "estimator and hierarchy" => "the estimator and its hierarchy",
         "direct light" => "the rendered direct light",
+        INTERPOLATION => "the interpolation between records",
+        REST => "light that records find wrong: at hits, in links, and within a pixel",
+        FURTHER => "that of further bounces",
         other => other,
     }
 }

@@ -17,6 +17,18 @@
 //! compared with the on-screen reference. In a scene with emitters the two links are one, because points on emitters
 //! have no shadow map.
 //!
+//! A technique that keeps light in the world from frame to frame (the radiance cache) does not read the screen, so the last
+//! three links do not apply to it either. The image is that of [`Options::frame`], and the links are
+//!
+//! ```text
+//! frame N              ->  frame of the converged image           rays not yet traced
+//! converged            ->  records two pixels wide                interpolation
+//! records of 2 pixels  ->  reference of one bounce                what is left
+//! ```
+//!
+//! With more than one bounce, the link "further bounces" compares what these add to the image with what they add to the
+//! reference; the links after it are those of the first bounce.
+//!
 //! All images are linear `albedo * indirect`. Where the technique tests visibility, its link to the exhaustive sum is
 //! measured with visibility off; the change that its visibility test makes belongs to the visibility link.
 
@@ -25,14 +37,14 @@ use std::path::Path;
 use halflight_metrics::mean;
 use halflight_native::{NativeGpu, cache::Cache, images::Rgb, truth::TruthSource};
 use halflight_renderer::{
-    gi::{Technique, rsm::has_reflective_shadow_maps},
-    parameters::{Settings, Value},
+    gi::{Reach, Technique, rsm::has_reflective_shadow_maps},
+    parameters::{Kind, Settings, Value},
     plan_technique_of_scene,
     scene::SceneFacts,
     truth::{Estimate, Request as TruthRequest, Stop},
 };
 use halflight_scenes::Scene;
-use halflight_techniques::technique;
+use halflight_techniques::{radiance_cache::RadianceCache, technique};
 use serde::Serialize;
 
 use crate::{
@@ -59,7 +71,11 @@ pub struct Options {
     pub size: [u32; 2],
     /// Seed of the image that is explained.
     pub seed: u32,
-    /// Frames of other seeds that stand for the converged image.
+    /// The frame that is explained, counted from 1, of a technique that keeps light in the world. Others are explained by
+    /// their first frame.
+    pub frame: u32,
+    /// Frames of other seeds that stand for the converged image. Of a technique that keeps light in the world, the number
+    /// of frames after which it counts as converged.
     pub frames: u32,
     /// Samples a pixel of the reference.
     pub samples_per_pixel: u32,
@@ -78,6 +94,15 @@ const SHOWN: &str = "light from the screen";
 const ELSEWHERE: &str = "light from off the screen";
 /// Both, in a scene with emitters.
 const EVERYWHERE: &str = "light on and off the screen";
+
+/// What further bounces add.
+const FURTHER: &str = "further bounces";
+/// The links of a technique that keeps light in the world.
+const UNTRACED: &str = "rays not yet traced";
+const INTERPOLATION: &str = "interpolation";
+const REST: &str = "what is left";
+/// Bounces of the reference where a technique takes all of them.
+const ALL_BOUNCES: u32 = 12;
 
 /// Where an error comes from.
 pub struct Explanation {
@@ -122,9 +147,11 @@ impl Explanation {
     /// A setting out of range, or a device that was lost.
     pub fn measure(native: &NativeGpu, scene: &Scene, options: &Options) -> Result<Self, Error> {
         let session = Session::new(native, scene);
-        let traced = trace(native, scene, options)?;
+        let bounces = Bounces::of(options.technique, &options.settings)?;
+        let traced = trace(native, scene, options, bounces.number)?;
         let albedo = &traced.albedo;
-        let run = Run { session: &session, options, albedo, direct: &traced.direct };
+        let in_world = keeps_light_in_world(&session, options)?;
+        let run = Run { session: &session, options, albedo, direct: &traced.direct, in_world };
         let shown = run.image(options.technique, &options.settings, !options.direct_from_truth, 0)?;
         let mut states = vec![State::Exact(shown.clone())];
         let mut links = Vec::new();
@@ -137,14 +164,34 @@ impl Explanation {
         if !options.direct_from_truth {
             push(&mut states, "direct light", State::Exact(run.image(options.technique, &options.settings, false, 0)?));
         }
-        push(&mut states, "noise", run.converged(&options.settings, Senders::All)?);
-        let plan = plan_technique_of_scene(&session.facts, options.technique, &options.settings, options.size);
-        let other_views = has_reflective_shadow_maps(&plan.map_err(bad)?);
-        let visible = without_visibility(options.technique, &options.settings).filter(|_| !other_views);
-        let open = visible.as_ref().map(|settings| run.converged(settings, Senders::All)).transpose()?;
-        if other_views && session.facts.emitters.is_empty() {
+        push(&mut states, if in_world { UNTRACED } else { "noise" }, run.converged(&options.settings, Senders::All)?);
+        // The reference of the whole image; of its first bounce where that is all.
+        let mut whole = None;
+        let settings = &bounces.first;
+        if bounces.number > 1 {
             let all = states.len() - 1;
-            states.push(run.converged(&options.settings, Senders::Seen)?);
+            states.push(State::Groups(traced.all));
+            states.push(State::Groups(traced.truth.clone()));
+            states.push(run.converged(settings, Senders::All)?);
+            whole = Some(all + 1);
+            last = all + 3;
+            links.push(Link { name: FURTHER, terms: vec![(all, 1.0), (last, -1.0), (all + 1, -1.0), (all + 2, 1.0)] });
+        }
+        let mut push = |states: &mut Vec<State>, links: &mut Vec<Link>, name, state| {
+            states.push(state);
+            links.push(Link::between(name, last, states.len() - 1));
+            last = states.len() - 1;
+        };
+        let plan = plan_technique_of_scene(&session.facts, options.technique, settings, options.size);
+        let other_views = has_reflective_shadow_maps(&plan.map_err(bad)?);
+        let visible = without_visibility(options.technique, settings).filter(|_| !other_views);
+        let open = visible.as_ref().map(|settings| run.converged(settings, Senders::All)).transpose()?;
+        if in_world {
+            push(&mut states, &mut links, INTERPOLATION, run.converged(&with_fine_records(settings)?, Senders::All)?);
+            push(&mut states, &mut links, REST, State::Groups(traced.truth.clone()));
+        } else if other_views && session.facts.emitters.is_empty() {
+            let all = states.len() - 1;
+            states.push(run.converged(settings, Senders::Seen)?);
             states.push(State::Groups(traced.on_screen));
             states.push(State::Groups(traced.truth.clone()));
             let (shown, on_screen) = (all + 1, all + 2);
@@ -153,12 +200,12 @@ impl Explanation {
             let terms = vec![(all, 1.0), (shown, -1.0), (last, -1.0), (on_screen, 1.0)];
             links.push(Link { name: ELSEWHERE, terms });
         } else if other_views {
-            push(&mut states, EVERYWHERE, State::Groups(traced.truth.clone()));
+            push(&mut states, &mut links, EVERYWHERE, State::Groups(traced.truth.clone()));
         } else {
             let exhaustive = run.image(technique("exhaustive").map_err(bad)?, &Settings::new(), false, 0)?;
-            push(&mut states, "estimator and hierarchy", State::Exact(exhaustive));
-            push(&mut states, "missing visibility", State::Groups(traced.on_screen));
-            push(&mut states, "off-screen and hidden light", State::Groups(traced.truth.clone()));
+            push(&mut states, &mut links, "estimator and hierarchy", State::Exact(exhaustive));
+            push(&mut states, &mut links, "missing visibility", State::Groups(traced.on_screen));
+            push(&mut states, &mut links, "off-screen and hidden light", State::Groups(traced.truth.clone()));
         }
         if let Some(open) = open {
             // From the technique's own visibility to none belongs to the visibility link.
@@ -170,7 +217,8 @@ impl Explanation {
         }
         let pixels = shown.len();
         let groups = GROUPS as usize;
-        let truth = picture(&states, &Link { name: "truth", terms: vec![(last, 1.0)] }, groups, pixels);
+        let truth =
+            picture(&states, &Link { name: "truth", terms: vec![(whole.unwrap_or(last), 1.0)] }, groups, pixels);
         let mask = traced.mask;
         let truth_mean = mean(&truth, Some(&mask));
         let floor = 0.01 * truth_mean * truth_mean;
@@ -276,25 +324,83 @@ fn tests(complete: &Settings, key: &str) -> bool {
     sources.is_none_or(|sources| complete.get(&sources) != Some(&Value::parse("screen")))
 }
 
+/// How many bounces the image has.
+struct Bounces {
+    /// Their number, that of the reference.
+    number: u32,
+    /// The settings with one bounce.
+    first: Settings,
+}
+
+impl Bounces {
+    fn of(technique: &Technique, settings: &Settings) -> Result<Self, Error> {
+        let key = format!("{}.bounces", technique.name);
+        let complete = (technique.complete)(settings).map_err(bad)?;
+        let number = match complete.get(&key) {
+            // All of them.
+            Some(Value::Int(0)) => ALL_BOUNCES,
+            Some(Value::Int(number)) => u32::try_from(*number).map_err(bad)?,
+            _ => 1,
+        };
+        let mut first = settings.clone();
+        if number > 1 {
+            first.insert(key, Value::Int(1));
+        }
+        Ok(Self { number, first })
+    }
+}
+
+/// Whether a technique finds all light in the world and builds on the frames before.
+fn keeps_light_in_world(session: &Session, options: &Options) -> Result<bool, Error> {
+    let sources = (options.technique.sources)(&options.settings).map_err(bad)?;
+    let everywhere = [sources.lamps, sources.emitters, sources.sky].iter().all(|reach| *reach == Reach::Scene);
+    let plan = plan_technique_of_scene(&session.facts, options.technique, &options.settings, options.size);
+    let plan = plan.map_err(bad)?;
+    Ok(everywhere && plan.has_history() && !has_reflective_shadow_maps(&plan))
+}
+
+/// The settings of the radiance cache with the narrowest records, and as many more rays as there are more records.
+fn with_fine_records(settings: &Settings) -> Result<Settings, Error> {
+    let now = RadianceCache::from_settings(settings).map_err(bad)?;
+    let range = |name: &str| {
+        let declared = RadianceCache::parameters().into_iter().find(|parameter| parameter.name == name);
+        declared.map_or((0.0, f64::INFINITY), |parameter| match parameter.kind {
+            Kind::Int(low, high) => (low as f64, high as f64),
+            Kind::Float(low, high) => (low, high),
+            Kind::Choice(_) => (0.0, f64::INFINITY),
+        })
+    };
+    let spacing = range("spacing").0 as f32;
+    let more = f64::from((now.spacing / spacing).powi(2)) * f64::from(now.rays);
+    let fine = RadianceCache { spacing, rays: more.min(range("rays").1) as u32, ..now };
+    Ok(fine.to_settings())
+}
+
 /// What the path tracer says.
 struct TracedGroups {
     albedo: Vec<Rgb>,
     direct: Vec<Rgb>,
     mask: Vec<bool>,
-    /// `albedo * light`, by group.
+    /// `albedo * light`, by group: of the first bounce what the screen shows and all of it, and of all bounces.
     on_screen: Vec<Vec<Rgb>>,
     truth: Vec<Vec<Rgb>>,
+    all: Vec<Vec<Rgb>>,
 }
 
-fn trace(native: &NativeGpu, scene: &Scene, options: &Options) -> Result<TracedGroups, Error> {
+fn trace(native: &NativeGpu, scene: &Scene, options: &Options, bounces: u32) -> Result<TracedGroups, Error> {
     let source = TruthSource::new(&native.gpu, scene, options.cache.clone());
     let stop = Stop { error_block: 8, ..Stop::at_samples(options.samples_per_pixel.div_ceil(GROUPS).max(1)) };
     let progress = Progress::new(&format!("reference of {}", scene.name), 100 * u64::from(GROUPS));
     let mut groups: Option<TracedGroups> = None;
     for group in 0..GROUPS {
         let seed = options.seed.wrapping_add(1 + group);
-        let request =
-            TruthRequest { bounce1: true, on_screen: true, seed, ..TruthRequest::new(scene.camera, options.size) };
+        let request = TruthRequest {
+            bounce1: true,
+            on_screen: true,
+            bounces,
+            seed,
+            ..TruthRequest::new(scene.camera, options.size)
+        };
         let done = |part: f32| {
             let percent = 100 * u64::from(group) + (100.0 * part) as u64;
             progress.set(percent, &format!("group {} of {GROUPS}", group + 1));
@@ -311,9 +417,11 @@ fn trace(native: &NativeGpu, scene: &Scene, options: &Options) -> Result<TracedG
             direct: traced.direct.clone(),
             on_screen: Vec::new(),
             truth: Vec::new(),
+            all: Vec::new(),
         });
         groups.on_screen.push(on_screen);
         groups.truth.push(all);
+        groups.all.push(lit(traced.indirect.as_ref()));
     }
     progress
         .finish(&format!("reference of {}: {GROUPS} groups of {} samples a pixel", scene.name, stop.samples_per_pixel));
@@ -338,6 +446,8 @@ struct Run<'a> {
     options: &'a Options,
     albedo: &'a [Rgb],
     direct: &'a [Rgb],
+    /// Whether the technique keeps light in the world: frames follow each other.
+    in_world: bool,
 }
 
 impl Run<'_> {
@@ -370,7 +480,10 @@ impl Run<'_> {
     ) -> Result<Vec<Rgb>, Error> {
         let seed = self.options.seed.wrapping_add(other);
         let mut frames = self.frames(technique, settings, rendered, seed, Senders::All)?;
-        frames.run(0)?;
+        let count = if self.in_world { self.options.frame.max(1) } else { 1 };
+        for frame in 0..count {
+            frames.run(frame)?;
+        }
         self.read(&frames)
     }
 
@@ -391,6 +504,9 @@ impl Run<'_> {
                 return Ok(State::Exact(one));
             }
         }
+        if self.in_world {
+            return self.settled(settings);
+        }
         let each = self.options.frames.div_ceil(GROUPS).max(1);
         let progress = Progress::new("converged image", u64::from(each * GROUPS));
         let mut groups = Vec::new();
@@ -408,6 +524,24 @@ impl Run<'_> {
             groups.push(sum.iter().map(|s| s.map(|v| (v / f64::from(each)) as f32)).collect());
         }
         progress.finish(&format!("converged image: {} frames", each * GROUPS));
+        Ok(State::Groups(groups))
+    }
+
+    /// The image after many frames of a technique that keeps light, by group.
+    fn settled(&self, settings: &Settings) -> Result<State, Error> {
+        let count = self.options.frames.max(1);
+        let progress = Progress::new("converged image", u64::from(count * GROUPS));
+        let mut groups = Vec::new();
+        for group in 0..GROUPS {
+            let seed = self.options.seed.wrapping_add(1 + group);
+            let mut frames = self.frames(self.options.technique, settings, false, seed, Senders::All)?;
+            for frame in 0..count {
+                frames.run(frame)?;
+                progress.set(u64::from(group * count + frame + 1), self.options.technique.name);
+            }
+            groups.push(self.read(&frames)?);
+        }
+        progress.finish(&format!("converged image: frame {count} of {GROUPS} seeds"));
         Ok(State::Groups(groups))
     }
 }

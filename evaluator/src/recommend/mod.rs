@@ -172,6 +172,7 @@ fn remains(native: &NativeGpu, scene: &Scene, options: &Options, answer: &Answer
         settings: answer.point.settings.clone(),
         size: [width, height],
         seed: options.measuring.seed,
+        frame: 1,
         frames,
         samples_per_pixel,
         cache: Some(halflight_native::cache::Cache::standard()),

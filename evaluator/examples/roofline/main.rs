@@ -9,6 +9,8 @@
 //! between neighbours in time: other work on the machine slows both alike.
 #![allow(clippy::disallowed_macros, reason = "an example for developers")]
 
+mod operations;
+
 use std::{path::PathBuf, process::ExitCode};
 
 use clap::Parser;
@@ -24,7 +26,10 @@ use halflight_renderer::{
     parameters::{Settings, Value, check_settings},
 };
 use halflight_scenes::{Camera, Scene};
-use halflight_shared_shaders::{Call, hierarchical::fetch};
+use halflight_shared_shaders::{
+    Call,
+    hierarchical::{fetch, gather},
+};
 use halflight_techniques::{hierarchical, invocation::parse_size};
 use wgpu::TextureFormat;
 
@@ -180,6 +185,13 @@ fn chain(native: &NativeGpu, scene: &Scene, settings: &Settings, size: [u32; 2],
         let [gather, fetch] = ["gather_", "fetch_"].map(|prefix| times.of(&[&format!("{prefix}{level}")]));
         let rate = |times: &[f64]| spread(&times.iter().map(|time| million / time * 1e3).collect::<Vec<_>>(), 1);
         println!("{level:<9}{:>32}{:>32}{:>32}", rate(&gather), rate(&fetch), spread(&ratios(&fetch, &gather), 3));
+    }
+    for (name, shader) in
+        [("gather", gather::Features::default().shader()), ("fetch", fetch::Features::default().shader())]
+    {
+        if let Some(of) = operations::of_loop(shader) {
+            println!("{name}: {} operations on numbers and {} fetch a sample", of.scalar, of.fetches);
+        }
     }
     println!("\n{:<32}{:>32}", "part", "milliseconds");
     let gather = times.of(&["gather_"]);

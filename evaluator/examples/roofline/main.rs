@@ -105,7 +105,7 @@ fn settings(texts: &[String]) -> Result<Settings, Error> {
 }
 
 fn add_fetches(plan: &mut FramePlan) {
-    let gathers: Vec<_> = plan.passes.iter().filter(|pass| pass.name.starts_with("gather_")).cloned().collect();
+    let gathers: Vec<_> = plan.passes.iter().filter(|pass| gathers_level(pass)).cloned().collect();
     for gather in gathers {
         let Some((surfels, size)) = surfels(plan, &gather) else { continue };
         let name = gather.name.replace("gather", "fetch");
@@ -120,6 +120,15 @@ fn add_fetches(plan: &mut FramePlan) {
         let place = plan.passes.iter().position(|pass| pass.name == gather.name).map_or(0, |index| index + 1);
         plan.passes[place..].rotate_right(1);
     }
+}
+
+/// The passes that gather in one level. `gather_sky` is none of them.
+const GATHERS: [&str; 8] =
+    ["gather_0", "gather_1", "gather_2", "gather_3", "gather_4", "gather_5", "gather_6", "gather_7"];
+
+/// Whether a pass gathers in one level.
+fn gathers_level(pass: &Pass) -> bool {
+    GATHERS.contains(&pass.name.as_str())
 }
 
 /// What a gather reads, and its size.
@@ -176,7 +185,7 @@ fn chain(native: &NativeGpu, scene: &Scene, settings: &Settings, size: [u32; 2],
         "{:<9}{:>32}{:>32}{:>32}",
         "level", "gather, million samples/s", "fetch, million samples/s", "fetch / gather time"
     );
-    for pass in frames.plan().passes.iter().filter(|pass| pass.name.starts_with("gather_")) {
+    for pass in frames.plan().passes.iter().filter(|pass| gathers_level(pass)) {
         let Some((_, [width, height])) = surfels(frames.plan(), pass) else { continue };
         let samples = pass.constants.iter().find(|(name, _)| *name == "SAMPLES").map_or(0.0, |(_, value)| *value);
         // Samples off the screen are counted too: both loops take them, and neither fetches there.
@@ -194,14 +203,14 @@ fn chain(native: &NativeGpu, scene: &Scene, settings: &Settings, size: [u32; 2],
         }
     }
     println!("\n{:<32}{:>32}", "part", "milliseconds");
-    let gather = times.of(&["gather_"]);
+    let gather = times.of(&GATHERS);
     let parts: [(&str, &[&str]); 7] = [
         ("pyramid", &["pyramid_"]),
-        ("gather", &["gather_"]),
+        ("gather", &GATHERS),
         ("combine", &["combine_"]),
         ("upsample", &["upsample"]),
         ("composite", &["composite"]),
-        ("gather, combine, composite", &["gather_", "combine_", "composite"]),
+        ("sky", &["gather_sky"]),
         ("whole chain", &["pyramid_", "gather_", "combine_", "upsample", "composite"]),
     ];
     for (part, prefixes) in parts {
@@ -259,7 +268,7 @@ fn triangles(
         }
     }
     println!("{:<16}{:>12}{:>16}{:>36}", "scene", "triangles", "surface, %", "gather, ms");
-    let gathers: Vec<_> = both.iter().map(|(_, times)| times.of(&["gather_"])).collect();
+    let gathers: Vec<_> = both.iter().map(|(_, times)| times.of(&GATHERS)).collect();
     for ((scene, surface), gather) in scenes.iter().zip(&surfaces).zip(&gathers) {
         let shown = share(surface.iter().filter(|shown| **shown).count());
         println!("{:<16}{:>12}{shown:>16.1}{:>36}", scene.name, scene.triangle_count(), spread(gather, 2));

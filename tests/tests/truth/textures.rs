@@ -77,3 +77,27 @@ fn the_reference_reads_textures_as_the_picture_does() {
         assert!(worst < 0.006, "{name}: {worst}");
     }
 }
+
+/// Texture coordinates that are all alike, tiny or huge, and textures of one texel or a single column: albedo stays between
+/// that of the darkest and of the brightest texel.
+#[test]
+fn extreme_footprints_stay_in_range() {
+    for (size, scale) in
+        [([64, 64], 0.0), ([64, 64], 1e-30), ([64, 64], 1e6), ([64, 64], 1e30), ([1, 1], 1.0), ([1, 7], 1.0)]
+    {
+        let mut scene = floor();
+        let count = (size[0] * size[1]) as usize;
+        let rgba = [[60, 60, 60, 255], [200, 200, 200, 255]].into_iter().cycle().take(count).flatten().collect();
+        scene.textures[0] = Texture { name: "stripes".into(), width: size[0], height: size[1], rgba };
+        scene.meshes[0].uvs.iter_mut().flatten().for_each(|coordinate| *coordinate *= scale);
+        let session = Session::new(device(), &scene);
+        let picture = render(&session, &request("none", &[("gbuffer.texture_filter", "mips")], SIZE), "albedo");
+        let truth = seen(&scene, SIZE, TextureFilter::Mips).albedo;
+        // Linear values of the two codes, 0.0452 and 0.5776, and half a step of 8 bits.
+        let in_range = |value: &f32| (0.043..=0.581).contains(value);
+        for (name, albedo) in [("picture", picture), ("reference", truth)] {
+            let wrong = albedo.as_flattened().iter().find(|value| !in_range(value));
+            assert_eq!(wrong, None, "{name}, {size:?}, coordinates times {scale}");
+        }
+    }
+}

@@ -6,10 +6,11 @@
 
 use std::{error::Error, path::PathBuf};
 
-use clap::{Parser, ValueEnum};
-use glam::Vec3;
+use clap::Parser;
 use halflight_evaluator::experiment::{
-    COMMIT, reference,
+    COMMIT,
+    moving::Moving,
+    reference,
     session::{Request, Session, open_adapter, open_scene},
 };
 use halflight_frame_graph::Part;
@@ -19,57 +20,7 @@ use halflight_renderer::{
     parameters::{Settings, Value, check_settings},
     truth::{Request as TruthRequest, Stop},
 };
-use halflight_scenes::{CameraKeyframe, Keyframe, Motion, Scene};
 use halflight_techniques::{invocation::parse_size, parameters_of, technique};
-
-/// Sideways motion of the camera in a frame, relative to the distance to its target.
-const CAMERA_STEP: f32 = 0.002;
-/// Rotation of the lights about the vertical axis before they are turned.
-const TURN_DEGREES: f32 = 30.0;
-/// Frames before the lights are turned.
-const FRAMES_BEFORE_TURN: u32 = 120;
-
-/// What moves.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Moving {
-    /// Nothing.
-    Nothing,
-    /// The camera moves sideways, and is where the scene has it in the frame that is measured.
-    Camera,
-    /// The lights turn by 30 degrees after 120 frames, to where the scene has them. Frames are counted from then on.
-    Lights,
-}
-
-impl Moving {
-    /// The scene with this motion, and the number of its frames before those that are counted. The camera arrives in
-    /// frame `last`.
-    fn apply(self, mut scene: Scene, last: u32) -> (Scene, u32) {
-        match self {
-            Self::Nothing => (scene, 0),
-            Self::Camera => {
-                let (eye, target) = (Vec3::from(scene.camera.eye), Vec3::from(scene.camera.target));
-                let along = (target - eye).cross(scene.camera.up.into()).normalize() * eye.distance(target);
-                let key = |frame: u32| {
-                    let offset = along * (CAMERA_STEP * (last - 1 - frame) as f32);
-                    let [eye, target] = [eye, target].map(|point| (point + offset).into());
-                    CameraKeyframe { frame, eye, target, cut: false }
-                };
-                scene.moves.camera = vec![key(0), key(last - 1)];
-                (scene, 0)
-            }
-            Self::Lights => {
-                let key =
-                    |frame, degrees| Keyframe { frame, rotate_degrees: [0.0, degrees, 0.0], ..Keyframe::default() };
-                let keyframes =
-                    vec![key(0, TURN_DEGREES), key(FRAMES_BEFORE_TURN - 1, TURN_DEGREES), key(FRAMES_BEFORE_TURN, 0.0)];
-                scene.moves.lights = (0..scene.lights.len())
-                    .map(|light| (light, Motion { keyframes: keyframes.clone(), ..Motion::default() }))
-                    .collect();
-                (scene, FRAMES_BEFORE_TURN)
-            }
-        }
-    }
-}
 
 #[derive(Parser)]
 struct Args {
@@ -88,7 +39,7 @@ struct Args {
     #[arg(long, value_delimiter = ',', default_value = "1,8,32,128")]
     frames: Vec<u32>,
     /// What moves.
-    #[arg(long, value_enum, default_value = "nothing")]
+    #[arg(long, value_enum, default_value_t)]
     moving: Moving,
     /// Bounces of the reference.
     #[arg(long, default_value_t = 12)]

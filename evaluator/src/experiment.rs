@@ -7,6 +7,7 @@ pub(crate) mod frames;
 pub mod grid;
 mod machine;
 pub mod manifest;
+pub mod moving;
 pub mod reference;
 pub(crate) mod run;
 mod scene_runner;

@@ -35,6 +35,15 @@ pub struct Measurement {
     /// Sources in the scene whose light the technique leaves out, separated by commas; empty for none.
     #[serde(default)]
     pub left_out: String,
+    /// Part of the report that shows the row; empty for the first.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub section: String,
+    /// What moves before the measured frame: `camera` or `lights`; empty for nothing.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub moving: String,
+    /// Number of the frame that is shown and measured, counted from 1; `None` where all frames are alike.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_frame: Option<u32>,
     /// Timed frames after warm-up.
     pub frames: u32,
     /// Every pass that the technique needs beyond G-buffer and direct light: median over the frames, ms.

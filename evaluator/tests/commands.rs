@@ -177,6 +177,48 @@ fn rows_of_a_moving_scene() {
 }
 
 #[test]
+fn rows_of_frames_and_motion() {
+    let folder = Folder::new("motion");
+    let filtered = "\n[[sweep]]\ntechnique = 'hierarchical'\nfixed = { samples = 4, temporal_a = 0.9 }\n";
+    let sweeps = format!(
+        "frames = 2{filtered}at_frames = [1, 3]\nmoving = ['camera']{filtered}at_frames = [1]\nmoving = ['lights']\n\
+         [[sweep]]\ntechnique = 'hierarchical'\nfixed = {{ samples = 4 }}\nmoving = ['camera']\n\
+         [[sweep]]\ntechnique = 'radiance-cache'\nat_frames = [3]\n"
+    );
+    let rows = folder.rows(&(scenes("motion.toml") + &sweeps));
+    let of: Vec<_> = rows.iter().map(|row| (row.moving.as_str(), row.at_frame, row.frames)).collect();
+    // Frame 1 after the lights turned is timed once: what is before it would be run again for a second time.
+    let lights = ("lights", Some(1), 1);
+    assert_eq!(of, [("camera", Some(1), 2), ("camera", Some(3), 2), lights, ("camera", None, 2), ("", Some(3), 2)]);
+    for (row, words) in rows.iter().zip(["--moving camera", "--frame 2 --moving camera", "--moving lights"]) {
+        assert!(row.command.contains(words), "{}", row.command);
+    }
+    // Each of them is another image.
+    let errors: Vec<_> = rows.iter().map(|row| row.errors.get(MetricId::IndirectRmse)).collect();
+    assert!(errors.iter().enumerate().all(|(index, error)| !errors[..index].contains(error)), "{errors:?}");
+}
+
+#[test]
+fn a_scene_does_not_move_twice() {
+    let folder = Folder::new("twice");
+    let refused = |arguments: &[&str]| {
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_evaluator")).args(arguments).current_dir(&folder.0).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let said = refused(&["render", "--scene", "motion.toml", "--moving", "camera", "--out", "a.exr"]);
+    assert!(said.contains("--moving camera moves a static scene") && said.contains("--pose FRAME"), "{said}");
+    let far = ["render", "--scene", "cornell", "--moving", "camera", "--frame", "4294967295", "--out", "a.exr"];
+    let said = refused(&far);
+    assert!(said.contains("--frame 4294967295 is too far") && said.contains("give 0 to 255"), "{said}");
+    let grid = "scenes = ['motion.toml']\nsize = ['8x8']\ndirect = 'truth'\n[[sweep]]\ntechnique = 'none'\nmoving = ['camera']\n";
+    folder.write("grid.toml", grid);
+    let said = refused(&["run", "--grid", "grid.toml", "--out", "out"]);
+    assert!(said.contains("leave `moving` out"), "{said}");
+}
+
+#[test]
 fn rows_of_ambient_visibility_alone() {
     let folder = Folder::new("occlusion");
     let sweep = "frames = 1\n[[sweep]]\ntechnique = 'gtao'\nfixed = { radius = 0.5 }\n\

@@ -16,7 +16,10 @@ use super::{SceneArgs, TechniqueArgs, is_exr, print_warnings};
 use crate::{
     Error,
     experiment::{
-        COMMIT, check_textures, reference,
+        COMMIT, check_textures,
+        grid::MOST_FRAMES,
+        moving::Moving,
+        reference,
         session::{Request, Session, open_adapter, open_scene_keeping},
     },
     format,
@@ -55,6 +58,10 @@ pub(super) struct RenderArgs {
     /// Number of the frame to show: animation is at this frame, and a temporal filter has seen up to 256 frames before it.
     #[arg(long, default_value_t = 0)]
     frame: u32,
+    /// What moves before the frame that is shown, in a scene that is held: nothing, the camera, which arrives in that frame, or
+    /// the lights, which turn 120 frames before frames are counted.
+    #[arg(long, value_enum, default_value_t)]
+    moving: Moving,
     /// Check every texture for NaN and infinity, and fail where there is one.
     #[arg(long)]
     check: bool,
@@ -70,6 +77,7 @@ impl RenderArgs {
         Invocation::render(self.scene.scene.display(), technique, settings, self.size)
             .option("seed", self.seed)
             .option_unless("frame", self.frame, 0)
+            .option_unless("moving", self.moving.to_string(), Moving::Nothing.to_string())
             .option_if("pose", self.pose)
             .option_unless("direct", self.direct.as_str(), "rendered")
             .option_unless("layer", self.layer.as_str(), "final")
@@ -89,6 +97,22 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
         Some(frame) => scene.posed(frame),
         None => scene,
     };
+    if args.moving != Moving::Nothing && !scene.moves.is_empty() {
+        return Err(Error::BadInput(format!(
+            "--moving {} moves a static scene, and {} is animated: hold it with --pose FRAME",
+            args.moving, scene.name
+        )));
+    }
+    if args.moving != Moving::Nothing && args.frame >= MOST_FRAMES {
+        return Err(Error::BadInput(format!(
+            "--frame {} is too far for --moving {}, which runs all frames before: give 0 to {}",
+            args.frame,
+            args.moving,
+            MOST_FRAMES - 1
+        )));
+    }
+    let (scene, before) = args.moving.apply(scene, args.frame.saturating_add(1));
+    let last = before.saturating_add(args.frame);
     let native = open_adapter(&args.adapter)?;
     let session = Session::new(&native, &scene);
     let session = if args.check { session.keep_all() } else { session };
@@ -96,7 +120,8 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
         "truth" => {
             if !scene.moves.is_empty() {
                 return Err(Error::BadInput(
-                    "--direct truth is the light of one frame: hold the scene with --pose FRAME, or leave --direct out"
+                    "--direct truth is the light of one frame: hold the scene with --pose FRAME without --moving, or \
+                     leave --direct out"
                         .into(),
                 ));
             }
@@ -112,16 +137,20 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
     // The first frame also compiles the pipelines; the last one is the one whose times count.
     frames.run(0)?;
     // Only a filter over frames needs those before the last.
-    let first = if frames.plan().has_history() { args.frame.saturating_sub(FILTERED) } else { args.frame };
-    if first > 0 && first < args.frame {
+    let first = match (frames.plan().has_history(), args.moving) {
+        (false, _) => last,
+        (true, Moving::Nothing) => last.saturating_sub(FILTERED),
+        (true, _) => 0,
+    };
+    if first > 0 && first < last {
         terminal::note(format_args!(
             "note: the temporal filter has seen the {FILTERED} frames before frame {}, not all of them",
             args.frame
         ));
     }
     let mut time = frames.run(first)?;
-    for before in first..args.frame {
-        time = frames.run(before + 1)?;
+    for frame in first..last {
+        time = frames.run(frame + 1)?;
     }
     let mut lines: String =
         time.passes.iter().map(|pass| format!("{:<16} {:>9.3} ms\n", pass.name, pass.milliseconds)).collect();
@@ -138,7 +167,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<(), Error> {
             ("scene_hash", scene_hash(&scene).to_string()),
             ("technique", technique.name.to_owned()),
             ("settings", settings_line),
-            ("camera", format!("{:?}", scene.pose(args.frame).camera)),
+            ("camera", format!("{:?}", scene.pose(last).camera)),
             ("frame", args.frame.to_string()),
             ("seed", args.seed.to_string()),
             ("adapter", native.info.name.clone()),

@@ -4,10 +4,10 @@ use std::fmt;
 
 use halflight_native::cache::KeyInputs;
 
-use super::grid::Cell;
+use super::{grid::Cell, moving::Moving};
 use crate::format;
 
-/// A cell by its content: scene, size, technique and settings, 16 hexadecimal digits. It is the same in every grid, on
+/// A cell by its content: scene, size, technique, settings, motion and frame, 16 hexadecimal digits. It is the same in every grid, on
 /// every computer and under every path of the scene file, so a grid that grows keeps its finished cells and their shards.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CellId(String);
@@ -18,6 +18,13 @@ impl CellId {
         let mut inputs = KeyInputs::default();
         inputs.add_text(scene_hash).add(&size).add_text(cell.technique.name);
         inputs.add_text(&format::settings(&cell.settings));
+        // Only where they are set, so that other cells keep the names that they had before.
+        if cell.moving != Moving::Nothing {
+            inputs.add_text(&format!("moving={}", cell.moving));
+        }
+        if let Some(frame) = cell.at_frame {
+            inputs.add_text(&format!("at_frame={frame}"));
+        }
         Self(inputs.key().as_str().chars().take(16).collect())
     }
 
@@ -58,6 +65,20 @@ mod tests {
         );
         let grid = Grid::parse(Path::new("g.toml"), &text).unwrap();
         grid.cells().map(|cell| CellId::new(scene_hash, size, &cell)).collect()
+    }
+
+    #[test]
+    fn frames_and_motion_are_in_the_name() {
+        let ids = |keys: &str| -> Vec<CellId> {
+            let text = format!("scenes = ['a']\nsize = ['8x8']\n[[sweep]]\ntechnique = 'radiance-cache'\n{keys}");
+            let grid = Grid::parse(Path::new("g.toml"), &text).unwrap();
+            grid.cells().map(|cell| CellId::new("s", [8, 8], &cell)).collect()
+        };
+        let plain = ids("");
+        assert_eq!(plain, ids("moving = ['nothing']"));
+        let all: BTreeSet<CellId> =
+            ids("at_frames = [1, 8]\nmoving = ['nothing', 'camera', 'lights']").into_iter().chain(plain).collect();
+        assert_eq!(all.len(), 7);
     }
 
     #[test]

@@ -122,11 +122,41 @@ pub(super) struct Times {
 /// Frames that are timed while nothing changes.
 const STATIC_FRAMES: u32 = 3;
 
-/// Runs a warm-up frame, then `count` frames; `after` sees each timed one. Then runs a few frames in which only the frame
-/// number changes.
+/// Which frames are run and which are timed.
+#[derive(Clone, Copy)]
+pub(super) struct Sequence {
+    /// First frame.
+    pub(super) first: u32,
+    /// Frame after the last one.
+    pub(super) end: u32,
+    /// Frames that are timed: the last ones.
+    pub(super) timed: u32,
+    /// How often the sequence is run.
+    pub(super) rounds: u32,
+}
+
+impl Sequence {
+    /// Frames `0..count`, all of them timed.
+    pub(super) fn all(count: u32) -> Self {
+        Self { first: 0, end: count, timed: count, rounds: 1 }
+    }
+
+    /// Frames up to counted frame `at`, from 1, after `before` others. Times are those of the last `timed` frames that are
+    /// counted; where there are fewer, and none before, the sequence is run again until as many are timed. Without a
+    /// `history` frames that are not timed are left out.
+    pub(super) fn up_to(before: u32, at: u32, timed: u32, history: bool) -> Self {
+        let end = before + at.max(1);
+        let own = timed.clamp(1, at.max(1));
+        let rounds = if before == 0 { timed.div_ceil(own).max(1) } else { 1 };
+        Self { first: if history { 0 } else { end - own }, end, timed: own, rounds }
+    }
+}
+
+/// Runs a warm-up frame, then the frames of a sequence; `after` sees each timed one. Then runs a few frames in which only the
+/// frame number changes.
 pub(super) fn time_frames(
     frames: &mut Frames,
-    count: u32,
+    sequence: Sequence,
     mut after: impl FnMut(&Frames, u32) -> Result<(), Error>,
 ) -> Result<Times, Error> {
     let first = frames.run(0)?;
@@ -136,8 +166,12 @@ pub(super) fn time_frames(
     let mut totals = Vec::new();
     let mut techniques = Vec::new();
     let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
-    for frame in 0..count {
+    let Sequence { first, end, timed, rounds } = sequence;
+    for frame in (0..rounds).flat_map(|_| first..end) {
         let time = frames.run(frame)?;
+        if frame + timed < end {
+            continue;
+        }
         totals.push(sum(&time, |_| true));
         techniques.push(sum(&time, |part| part == Part::Technique));
         passes.resize_with(time.passes.len(), Default::default);
@@ -149,7 +183,7 @@ pub(super) fn time_frames(
     }
     let mut at_rest = Vec::new();
     // Frame numbers go on, so that a temporal filter does.
-    for frame in count..count + STATIC_FRAMES {
+    for frame in end..end + STATIC_FRAMES {
         at_rest.push(frames.run_due(frame)?);
     }
     let at_rest = |wanted: fn(Part) -> bool| {
@@ -194,4 +228,24 @@ pub fn check_textures(all: &[&Frames]) -> Result<(), Error> {
 /// `albedo * light`, pixel by pixel.
 pub(crate) fn modulate(albedo: &[Rgb], light: &[Rgb]) -> Vec<Rgb> {
     albedo.iter().zip(light).map(|(a, l)| std::array::from_fn(|c| a[c] * l[c])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sequence_ends_with_the_measured_frame() {
+        let of = |before, at, history| {
+            let Sequence { first, end, timed, rounds } = Sequence::up_to(before, at, 10, history);
+            [first, end, timed, rounds]
+        };
+        // First, end, timed frames and rounds: a frame that comes early is timed again and again.
+        assert_eq!(of(0, 1, true), [0, 1, 1, 10]);
+        assert_eq!(of(0, 8, true), [0, 8, 8, 2]);
+        assert_eq!(of(0, 32, true), [0, 32, 10, 1]);
+        assert_eq!(of(0, 32, false), [22, 32, 10, 1]);
+        // Frames before a change of lights are run once and not timed.
+        assert_eq!(of(120, 8, true), [0, 128, 8, 1]);
+    }
 }

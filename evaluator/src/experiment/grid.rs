@@ -12,12 +12,13 @@ use halflight_scenes::{
 };
 use halflight_techniques::invocation::parse_size;
 
+use super::moving::Moving;
 use crate::Error;
 
 mod sweep;
 mod text;
 
-pub use sweep::Sweep;
+pub use sweep::{MOST_FRAMES, Sweep};
 
 /// A grid file, read and checked.
 #[derive(Clone, Debug)]
@@ -61,6 +62,12 @@ pub struct Cell {
     pub technique: &'static Technique,
     /// All its settings.
     pub settings: Settings,
+    /// What moves in its frames.
+    pub moving: Moving,
+    /// The frame that is measured, counted from 1; `None` for the last of [`Grid::frames`], or without a history the first.
+    pub at_frame: Option<u32>,
+    /// Part of the report that shows it; empty for the first.
+    pub section: String,
 }
 
 const KEYS: [&str; 13] = [
@@ -104,7 +111,7 @@ impl Grid {
         if !["rendered", "truth"].contains(&direct) {
             return Err(file.error("direct", format_args!("is \"{direct}\"; choose \"rendered\" or \"truth\"")));
         }
-        let tables = file.tables("sweep", &["technique", "fixed", "grid"])?;
+        let tables = file.tables("sweep", &["technique", "section", "moving", "at_frames", "fixed", "grid"])?;
         let sweeps = tables.iter().map(Sweep::read).collect::<Result<Vec<_>, _>>()?;
         // Never expanded: a product grows fast.
         let count = sweeps.iter().fold(0u64, |sum, sweep| sum.saturating_add(sweep.len()));
@@ -195,6 +202,24 @@ mod tests {
     }
 
     #[test]
+    fn frames_and_motion_are_axes() {
+        let grid = parse(
+            "scenes = ['a.toml']\nsize = ['64x36']\n[[sweep]]\ntechnique = 'radiance-cache'\nat_frames = [1, 8, 32]\n\
+             moving = ['nothing', 'camera']\ngrid = { spacing = [8, 12] }\n[[sweep]]\ntechnique = 'none'",
+        )
+        .expect("a good grid");
+        let of = |cell: Cell| (cell.moving, cell.at_frame, cell.settings.get("radiance-cache.spacing").cloned());
+        let cells: Vec<_> = grid.cells().map(of).collect();
+        assert_eq!((cells.len(), grid.len()), (13, 13));
+        let spacing = |value: f64| Some(halflight_renderer::parameters::Value::Float(value));
+        assert_eq!(cells[0], (Moving::Nothing, Some(1), spacing(8.0)));
+        assert_eq!(cells[2], (Moving::Nothing, Some(32), spacing(8.0)));
+        assert_eq!(cells[3], (Moving::Camera, Some(1), spacing(8.0)));
+        assert_eq!(cells[11], (Moving::Camera, Some(32), spacing(12.0)));
+        assert_eq!(cells[12], (Moving::Nothing, None, None));
+    }
+
+    #[test]
     fn a_grid_that_nobody_could_run_is_counted_and_refused() {
         let list = |count: u32| (1..=count).map(|v| v.to_string()).collect::<Vec<_>>().join(",");
         let text = format!(
@@ -218,6 +243,27 @@ mod tests {
             (&format!("scenes = ['a']\nsize = ['1x1']\n{sweep}grid = {{ samples = [0] }}"), "give 1 to 1024"),
             ("scenes = ['a']\nsize = ['1x1']\n[[sweep]]\ntechnique = 'hierarchcal'", "did you mean hierarchical?"),
             ("scenes = ['a']\nsize = ['1x1']\n", "`sweep` is missing"),
+            (
+                &format!("scenes = ['a']\nsize = ['1x1']\n{sweep}at_frames = [1, 0]"),
+                "g.toml:5: `sweep.at_frames` is [1, 0]; it must be a list of numbers of frames from 1 to 256 in rising order, \
+                 for example [1, 8, 32, 128]",
+            ),
+            (&format!("scenes = ['a']\nsize = ['1x1']\n{sweep}at_frames = [8, 8]"), "`sweep.at_frames` is [8, 8]"),
+            (&format!("scenes = ['a']\nsize = ['1x1']\n{sweep}at_frames = []"), "`sweep.at_frames` is []"),
+            (&format!("scenes = ['a']\nsize = ['1x1']\n{sweep}at_frames = [257]"), "from 1 to 256"),
+            (&format!("scenes = ['a']\nsize = ['1x1']\n{sweep}at_frames = 8"), "`sweep.at_frames` is 8"),
+            (
+                &format!("scenes = ['a']\nsize = ['1x1']\n{sweep}moving = ['camera', 'sun']"),
+                "g.toml:5: `sweep.moving` is ['camera', 'sun']; it must be a list of different words of `nothing`, `camera` or \
+                 `lights`",
+            ),
+            (&format!("scenes = ['a']\nsize = ['1x1']\n{sweep}moving = 'camera'"), "`sweep.moving` is 'camera'"),
+            (&format!("scenes = ['a']\nsize = ['1x1']\n{sweep}moving = []"), "`sweep.moving` is []"),
+            (
+                &format!("scenes = ['a']\nsize = ['1x1']\n{sweep}moving = ['lights', 'lights']"),
+                "`sweep.moving` is ['lights', 'lights']",
+            ),
+            (&format!("scenes = ['a']\nsize = ['1x1']\n{sweep}frames = [8]"), "unknown key `sweep.frames`"),
         ] {
             let sentence = parse(text).expect_err("a bad grid").to_string();
             assert!(sentence.contains(wanted), "{sentence:?} does not say {wanted:?}");

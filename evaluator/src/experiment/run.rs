@@ -19,6 +19,7 @@ use super::{
     cell_log::{CELLS, CellLog, Record},
     grid::{Cell, Grid},
     manifest::{MANIFEST, Manifest, SceneContent},
+    moving::Moving,
     scene_runner::{RunnerOptions, SceneRunner, Subject, shaders_hash},
     session::open_scene,
     shard::Shard,
@@ -49,6 +50,13 @@ const REPORT_PAUSE: u32 = 10;
 /// Bad input (a scene, a setting, a folder that cannot be written or holds files of the user), or a device that was
 /// lost. Finished cells stay in the folder.
 pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), Error> {
+    if grid.direct_from_truth && grid.sweeps.iter().any(|sweep| sweep.moving != [Moving::Nothing]) {
+        return Err(Error::BadInput(format!(
+            "path-traced direct light is that of one frame, and a sweep of the grid {} has `moving`: take direct light \
+             \"rendered\", or leave `moving` out",
+            grid.name
+        )));
+    }
     let scenes =
         grid.scenes.iter().map(|path| Ok((path.as_path(), open_scene(path)?))).collect::<Result<Vec<_>, Error>>()?;
     for (_, scene) in &scenes {
@@ -79,6 +87,7 @@ pub fn run(native: &NativeGpu, grid: &Grid, options: &RunOptions) -> Result<(), 
         let record = match finished {
             Some(mut record) => {
                 record.row.command = runner.command_again(&cell, &record.row.command);
+                record.row.section.clone_from(&cell.section);
                 add(&mut report, record, grid.truth_rel_error);
                 continue;
             }
@@ -260,7 +269,10 @@ fn describe(cell: &Cell) -> String {
     let changed = cell.settings.iter().filter(|(key, value)| defaults.get(*key) != Some(value));
     let changed: Vec<String> =
         changed.map(|(key, value)| format!("{}={value}", key.rsplit('.').next().unwrap_or(key))).collect();
-    format!("{} {}", cell.technique.name, changed.join(" "))
+    let frame = cell.at_frame.map(|frame| format!("frame {frame}"));
+    let moving = (cell.moving != Moving::Nothing).then(|| format!("moving {}", cell.moving));
+    let words = [cell.technique.name.to_owned()].into_iter().chain(changed).chain(frame).chain(moving);
+    words.collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

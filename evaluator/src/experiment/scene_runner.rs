@@ -28,9 +28,13 @@ use serde_json::{Map, Value};
 use super::{
     COMMIT,
     cell_id::CellId,
-    frames::{Noise, OcclusionReference, Shown, Times, check_textures, modulate, occlusion_reference, time_frames},
+    frames::{
+        Noise, OcclusionReference, Sequence, Shown, Times, check_textures, modulate, occlusion_reference, time_frames,
+    },
     grid::{Cell, Grid},
-    machine, reference,
+    machine,
+    moving::Moving,
+    reference,
     session::{Frames, Request, Session},
     temporal,
 };
@@ -198,6 +202,7 @@ impl<'a> SceneRunner<'a> {
         Invocation::render(path.display(), cell.technique.name, &cell.settings, size)
             .option("seed", self.grid.seed)
             .option_unless("frame", frame, 0)
+            .option_unless("moving", cell.moving.to_string(), Moving::Nothing.to_string())
             // The frames of a row show the first pose.
             .option_if("pose", (!moving.moves.is_empty()).then_some(0))
             .option_if("direct", self.grid.direct_from_truth.then_some("truth"))
@@ -311,8 +316,9 @@ impl<'a> SceneRunner<'a> {
         // Taken out while a cell is measured, so that the rest of the runner can be read.
         let mut prepared =
             self.prepared.take().ok_or_else(|| Error::Failed("the scene could not be prepared: run again".into()))?;
-        let rendered = render(grid, cell, size, &mut prepared, self.options.check)?;
+        let rendered = render(native, grid, cell, &self.subject, &mut prepared, self.options.check)?;
         let command = self.row_command(cell, rendered.shown_frame).to_string();
+        let at_frame = rendered.shown_frame + 1;
         let mut header = prepared.header.clone();
         header.extend([
             ("technique".to_owned(), cell.technique.name.to_owned()),
@@ -355,6 +361,9 @@ impl<'a> SceneRunner<'a> {
             left_out: (cell.technique.sources)(&cell.settings)
                 .map(|sources| sources.left_out(&SceneNeeds::of(still)).join(", "))
                 .unwrap_or_default(),
+            section: cell.section.clone(),
+            moving: if cell.moving == Moving::Nothing { String::new() } else { cell.moving.to_string() },
+            at_frame: (rendered.has_history || cell.at_frame.is_some()).then_some(at_frame),
             time_ms_static: rendered.times.technique_static,
             first_frame_ms: rendered.times.first_frame,
             frame_ms_median: rendered.scene_ms[0] + rendered.times.technique.map_or(0.0, |timing| timing.median),
@@ -392,8 +401,10 @@ impl<'a> SceneRunner<'a> {
 /// What the frames of a cell gave.
 struct Rendered {
     shown: Shown,
-    /// Number of the frame that is shown.
+    /// Number of the frame that is shown, from 0. Frames before a change of lights are not counted.
     shown_frame: u32,
+    /// Whether frames build on frames before.
+    has_history: bool,
     noise: Option<f64>,
     times: Times,
     /// Median of each pass, those of the scene first, ms.
@@ -407,8 +418,15 @@ struct Rendered {
     occlusion_radius: Option<f32>,
 }
 
-fn render(grid: &Grid, cell: &Cell, size: [u32; 2], prepared: &mut Prepared, check: bool) -> Result<Rendered, Error> {
-    let session = &prepared.session;
+fn render(
+    native: &NativeGpu,
+    grid: &Grid,
+    cell: &Cell,
+    subject: &Subject,
+    prepared: &mut Prepared,
+    check: bool,
+) -> Result<Rendered, Error> {
+    let (session, size) = (&prepared.session, subject.size);
     let needs = (cell.technique.needs)(&cell.settings).map_err(|e| Error::BadInput(e.to_string()))?;
     let direct = cell.settings.iter().filter(|(key, _)| key.starts_with("direct."));
     let shape: String =
@@ -417,20 +435,37 @@ fn render(grid: &Grid, cell: &Cell, size: [u32; 2], prepared: &mut Prepared, che
         Entry::Occupied(ready) => ready.into_mut(),
         Entry::Vacant(slot) => {
             let mut frames = session.scene_frames(&cell.settings, size)?;
-            let times = time_frames(&mut frames, SCENE_FRAMES, |_, _| Ok(()))?;
+            let times = time_frames(&mut frames, Sequence::all(SCENE_FRAMES), |_, _| Ok(()))?;
             slot.insert((frames, times))
         }
     };
     let direct = grid.direct_from_truth.then_some(prepared.reference.direct.as_slice());
     let request = Request { technique: cell.technique, settings: cell.settings.clone(), size, seed: grid.seed, direct };
-    let mut frames = session.technique_frames(&request, scene_frames)?;
+    let at = cell.at_frame.unwrap_or(grid.frames);
+    // A moving view has a G-buffer of its own in each frame.
+    let (moved, before) = cell.moving.apply(subject.still.clone(), at);
+    let moved = Session::new(native, &moved);
+    let moved = if check { moved.keep_all() } else { moved };
+    let is_static = cell.moving == Moving::Nothing;
+    let mut frames =
+        if is_static { session.technique_frames(&request, scene_frames)? } else { moved.frames(&request)? };
+    let has_history = frames.plan().has_history();
+    let is_one_frame = cell.at_frame.is_some() || !is_static;
+    let sequence =
+        if is_one_frame { Sequence::up_to(before, at, grid.frames, has_history) } else { Sequence::all(grid.frames) };
+    // A filter over frames shows what it can do in the last one.
+    let shown_frame = if is_one_frame || has_history { sequence.end - 1 } else { 0 };
     let mut noise = Noise::default();
     let mut shown: Option<Shown> = None;
-    // A filter over frames shows what it can do in the last one.
-    let shown_frame = if frames.plan().has_history() { grid.frames - 1 } else { 0 };
-    let times = time_frames(&mut frames, grid.frames, |frames, frame| {
+    let times = time_frames(&mut frames, sequence, |frames, frame| {
+        if frame != shown_frame && is_one_frame {
+            return Ok(());
+        }
         let image = Shown::read(frames)?;
-        noise.add(image.measured());
+        // Frames before the measured one show another view or an image that has yet to converge.
+        if !is_one_frame {
+            noise.add(image.measured());
+        }
         if frame == shown_frame {
             shown = Some(image);
         }
@@ -447,7 +482,8 @@ fn render(grid: &Grid, cell: &Cell, size: [u32; 2], prepared: &mut Prepared, che
         frame_bytes: if of_scene.is_empty() { whole[1] } else { whole.iter().sum() },
         passes: [of_scene, times.passes.clone()].concat(),
         shown: shown.ok_or_else(|| Error::Failed("no frame was rendered: set frames to at least 1".into()))?,
-        shown_frame,
+        shown_frame: shown_frame - before,
+        has_history,
         noise: noise.deviation(),
         times,
         scene_ms: [scene_times.total.median, scene_times.total_static],

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use halflight_renderer::parameters::Value;
 
-use super::Grid;
+use super::{Grid, Moving};
 
 impl Grid {
     /// The grid as the text of a grid file, in one notation whatever the file looked like. Reading it gives the same
@@ -45,6 +45,15 @@ impl Grid {
         }
         for sweep in sweeps {
             line(format_args!("\n[[sweep]]\ntechnique = {}", quoted(sweep.technique.name)));
+            if !sweep.section.is_empty() {
+                line(format_args!("section = {}", quoted(&sweep.section)));
+            }
+            if sweep.moving != [Moving::Nothing] {
+                line(format_args!("moving = {}", list(sweep.moving.iter().map(Moving::to_string))));
+            }
+            if !sweep.at_frames.is_empty() {
+                line(format_args!("at_frames = {:?}", sweep.at_frames));
+            }
             let fixed = sweep.fixed.iter().map(|(key, one)| format!("{} = {}", quoted(key), value(one)));
             for line_of_fixed in heading("[sweep.fixed]", fixed) {
                 line(format_args!("{line_of_fixed}"));
@@ -98,16 +107,19 @@ mod tests {
                     truth_rel_error = 0.02\npreset = 'p'\nonly = ['00ff', '0a']\n\
                     [[sweep]]\ntechnique = 'hierarchical'\nfixed = { radius = 20 }\n\
                     grid = { start_resolution = ['half', 'quarter'], radius = [1, 2.5, 1e-7], levels = [4] }\n\
-                    [[sweep]]\ntechnique = 'none'\n";
+                    [[sweep]]\ntechnique = 'none'\nat_frames = [1, 8]\nmoving = ['camera', 'nothing']\nsection = 'a \"b\"'\n";
         let read = |text: &str| Grid::parse(Path::new("g.toml"), text).unwrap();
         let (first, again) = (read(text), read(&read(text).to_toml()));
         assert_eq!(again.to_toml(), first.to_toml());
         let of = |grid: &Grid| {
-            let cells: Vec<_> = grid.cells().map(|cell| (cell.technique.name, cell.settings)).collect();
+            let cells: Vec<_> = grid
+                .cells()
+                .map(|cell| (cell.technique.name, cell.settings, cell.moving, cell.at_frame, cell.section))
+                .collect();
             (grid.name.clone(), grid.scenes.clone(), grid.sizes.clone(), grid.only.clone(), grid.truth_rel_error, cells)
         };
         assert_eq!(of(&again), of(&first));
-        assert_eq!((first.len(), first.scenes[0].to_str()), (7, Some("a \"b\".toml")));
+        assert_eq!((first.len(), first.scenes[0].to_str()), (10, Some("a \"b\".toml")));
         let radius = |index: usize| first.cells().nth(index).unwrap().settings["hierarchical.radius"].to_string();
         assert_eq!([radius(0), radius(1), radius(2), radius(3)], ["1", "2.5", "0.0000001", "1"]);
     }

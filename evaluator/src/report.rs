@@ -13,6 +13,7 @@ use crate::Error;
 use crate::format::count;
 use crate::measurement::{self, Measurement};
 
+mod answer;
 pub mod document;
 mod grouping;
 mod page;
@@ -30,7 +31,7 @@ pub use pictures::{FULL_SCALE, Pictures};
 pub use published::{PublishedTable, TABLES as PUBLISHED_TABLES};
 
 use document::{markdown, table::Table};
-use grouping::{Group, groups};
+use grouping::{Group, groups, subjects};
 
 /// Everything that a report folder says.
 #[derive(Clone, Debug, Default)]
@@ -62,8 +63,16 @@ impl Report {
         measurement::write_json(&folder.claim("results.json")?, &self.measurements)?;
         measurement::write_csv(&folder.claim("results.csv")?, &self.measurements)?;
         let groups = groups(&self.measurements);
-        let parts = groups.iter().enumerate().map(|(index, group)| Part::new(index, group, &groups, folder.path()));
-        let parts: Vec<Part> = parts.collect::<Result<_, _>>()?;
+        let mut parts = Vec::new();
+        let mut answers: Vec<(Vec<usize>, answer::Answer)> =
+            subjects(&self.measurements).iter().filter_map(|all| Some((all.indices(), answer::answer(all)?))).collect();
+        for (index, group) in groups.iter().enumerate() {
+            // The first part of a subject has the answer of all.
+            let own = group.indices();
+            let answer = answers.iter().position(|(rows, _)| own.iter().any(|row| rows.contains(row)));
+            let answer = answer.map(|position| answers.remove(position).1);
+            parts.push(Part::new(index, group, &groups, answer, folder.path())?);
+        }
         for plot in parts.iter().flat_map(Part::plots) {
             write_text(&folder.claim(&format!("plots/{}.svg", plot.file))?, &plot.drawing.file())?;
         }
@@ -184,6 +193,8 @@ struct Part<'a> {
     group: &'a Group<'a>,
     /// Rows that are shown with picture, passes and command.
     shown: Vec<(usize, &'a Measurement)>,
+    /// The best of all rows of the scene, in its first part.
+    answer: Option<answer::Answer>,
     trades: Vec<trade::Trade>,
     remark: Option<String>,
     slice: Option<slice::Slice>,
@@ -197,11 +208,18 @@ struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    fn new(index: usize, group: &'a Group<'a>, all: &[Group], folder: &Path) -> Result<Self, Error> {
+    fn new(
+        index: usize,
+        group: &'a Group<'a>,
+        all: &[Group],
+        answer: Option<answer::Answer>,
+        folder: &Path,
+    ) -> Result<Self, Error> {
         let positions = plots::shown_in_full(group);
         let shown = group.subset(&positions);
         let mut part = Self {
             group,
+            answer,
             trades: trade::trades(group, &positions.iter().copied().collect()),
             remark: trade::remark_on_rel_mse(group),
             slice: slice::slice(group, folder)?,
@@ -235,24 +253,34 @@ impl<'a> Part<'a> {
     }
 
     fn plots(&self) -> impl Iterator<Item = &plots::Named> {
+        let answer = self.answer.iter().map(|answer| &answer.plot);
         let slice = self.slice.iter().map(|slice| &slice.plot);
         let trades = self.trades.iter().map(|trade| &trade.plot);
-        slice.chain(trades).chain(&self.error_over_samples).chain(&self.cost_per_pass)
+        answer.chain(slice).chain(trades).chain(&self.error_over_samples).chain(&self.cost_per_pass)
     }
 
     fn plots_mut(&mut self) -> impl Iterator<Item = &mut plots::Named> {
+        let answer = self.answer.iter_mut().map(|answer| &mut answer.plot);
         let slice = self.slice.iter_mut().map(|slice| &mut slice.plot);
         let trades = self.trades.iter_mut().map(|trade| &mut trade.plot);
-        slice.chain(trades).chain(&mut self.error_over_samples).chain(&mut self.cost_per_pass)
+        answer.chain(slice).chain(trades).chain(&mut self.error_over_samples).chain(&mut self.cost_per_pass)
     }
 
     /// Those of tables.md: the frontier by what a viewer sees and by what the light's own error is.
     fn tables(&self) -> impl Iterator<Item = &Table> {
-        let Self { slice, trades, results, temporal, passes, published, commands, .. } = self;
+        let Self { answer, slice, trades, results, temporal, passes, published, commands, .. } = self;
+        let answer = answer.iter().map(|answer| &answer.table);
         let headline = |trade: &&trade::Trade| trade.metric.headline;
         let slice = slice.iter().map(|slice| &slice.table);
         let trades = trades.iter().filter(headline).map(|trade| &trade.table);
-        slice.chain(trades).chain([results]).chain(temporal).chain(passes).chain(published).chain(commands)
+        answer
+            .chain(slice)
+            .chain(trades)
+            .chain([results])
+            .chain(temporal)
+            .chain(passes)
+            .chain(published)
+            .chain(commands)
     }
 
     /// What all rows of the group share, in a line.

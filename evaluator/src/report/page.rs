@@ -25,17 +25,26 @@ pub fn report_page(report: &Report, parts: &[Part]) -> String {
     let data: Vec<Value> = parts.iter().map(picture_data).collect();
     // "</script>" inside a text would end the element that holds the data.
     let data = Value::from(data).to_string().replace("</", "<\\/");
+    let answers = parts.iter().any(|part| part.answer.is_some());
     let body = html! {
         header {
             p class="brand" { (PreEscaped(MARK)) "Halflight report" }
             h1 { (report.title) }
             p class="summary" { (report.summary) }
-            (facts(report))
-            (contents(parts))
+            @if !answers { (facts(report)) }
+            (contents(report, parts, answers))
         }
         main {
-            (warnings(report))
+            @if !answers { (warnings(report)) }
             @for (index, part) in parts.iter().enumerate() { (section(index, part)) }
+            // A page that answers a question begins with the answer.
+            @if answers {
+                section class="group" id="measured" {
+                    h2 { "How this was measured" }
+                    (warnings(report))
+                    (facts(report))
+                }
+            }
         }
         footer {
             p {
@@ -90,12 +99,19 @@ fn warnings(report: &Report) -> Markup {
     }
 }
 
-fn contents(parts: &[Part]) -> Markup {
+fn contents(report: &Report, parts: &[Part], answers: bool) -> Markup {
+    let warnings = report.all_warnings().len();
     html! {
-        @if parts.len() > 1 {
+        @if parts.len() > 1 || answers {
             nav {
                 @for (index, part) in parts.iter().enumerate() {
                     a href=(format!("#group-{index}")) { (part.group.title()) }
+                }
+                @if answers {
+                    a href="#measured" {
+                        "How this was measured"
+                        @if warnings > 0 { " (" (warnings) @if warnings == 1 { " warning)" } @else { " warnings)" } }
+                    }
                 }
             }
         }
@@ -122,6 +138,7 @@ fn section(index: usize, part: &Part) -> Markup {
                 (row.adapter) " · " (row.backend)
                 @if row.software_adapter { " " (software()) }
             }
+            (answer(part))
             (slice(part))
             (strips(part))
             (figures(part))
@@ -155,6 +172,17 @@ fn section(index: usize, part: &Part) -> Markup {
     }
 }
 
+/// The best settings for some times, with their pictures.
+fn answer(part: &Part) -> Markup {
+    let Some(answer) = &part.answer else { return Markup::default() };
+    html! {
+        (heading(&answer.table.title, &answer.table.caption))
+        @if !answer.table.rows.is_empty() { (rows(&answer.table, "scroll")) }
+        (shown_beside(part, &answer.pictures, "strip large"))
+        (figure(&answer.plot.drawing.inline()))
+    }
+}
+
 /// What each millisecond buys, one metric at a time.
 fn trades(part: &Part) -> Markup {
     let panel = |Trade { plot, table, .. }: &Trade| {
@@ -162,7 +190,8 @@ fn trades(part: &Part) -> Markup {
     };
     html! {
         @if !part.trades.is_empty() {
-            (heading("What each millisecond buys", trade::CAPTION))
+            @let frames = if part.group.has_several_frames() { trade::CAPTION_FRAMES } else { "" };
+            (heading("What each millisecond buys", &format!("{}{frames}", trade::CAPTION)))
             (choices(part.trades.iter().map(panel)))
             @if let Some(remark) = &part.remark { p class="remark" { (remark) } }
         }
@@ -226,19 +255,26 @@ fn figures(part: &Part) -> Markup {
 }
 
 fn side_by_side(part: &Part, strips: &[Strip], class: &str, heading: &Markup) -> Markup {
-    let [width, height] = [part.group.first().width, part.group.first().height];
     html! {
         @if !strips.is_empty() {
             (heading)
             @for Strip { name, pictures } in strips {
                 @if !name.is_empty() { p class="caption" { (name) } }
-                div class=(class) {
-                    @for (row, title, path) in pictures {
-                        figure data-row=[row] {
-                            img src=(path) alt=(title) width=(width) height=(height);
-                            figcaption { (title) }
-                        }
-                    }
+                (shown_beside(part, pictures, class))
+            }
+        }
+    }
+}
+
+/// Pictures with their titles; a click on one chooses its row.
+fn shown_beside<P: AsRef<str>>(part: &Part, pictures: &[(Option<usize>, String, P)], class: &str) -> Markup {
+    let [width, height] = [part.group.first().width, part.group.first().height];
+    html! {
+        div class=(class) {
+            @for (row, title, path) in pictures {
+                figure data-row=[row] {
+                    img src=(path.as_ref()) alt=(title) width=(width) height=(height);
+                    figcaption { (title) }
                 }
             }
         }

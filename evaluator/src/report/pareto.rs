@@ -1,6 +1,16 @@
 //! The frontier: configurations that no other beats in both time and error.
 
+use super::grouping::Group;
 use crate::measurement::Measurement;
+
+/// The frontier of each frame of a group, as positions of its rows: [`Group::by_frame`] and [`frontier`].
+pub fn frontiers(group: &Group, error: impl Fn(&Measurement) -> f64) -> Vec<(Option<u32>, Vec<usize>)> {
+    let of = |(frame, positions): (Option<u32>, Vec<usize>)| {
+        let rows: Vec<&Measurement> = positions.iter().map(|&position| group.rows[position].1).collect();
+        (frame, frontier(&rows, &error).into_iter().map(|index| positions[index]).collect())
+    };
+    group.by_frame().into_iter().map(of).collect()
+}
 
 /// Positions in `rows` of the frontier by time and the error that `error` takes from a row, fastest first; lower is
 /// better in both.

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::document::chart::{Axis, Bars, Drawing, Line, MARKERS, Marker, Plot, Point, Segment, Series, Spacing};
 use super::grouping::{Group, MANY, is_baseline, last_segment, value_label};
-use super::pareto::frontier;
+use super::pareto::{frontier, frontiers};
 use super::tables::pass_names;
 use crate::format::number;
 use crate::measurement::Measurement;
@@ -27,11 +27,9 @@ pub fn shown_in_full(group: &Group) -> Vec<usize> {
     if group.rows.len() <= MANY {
         return (0..group.rows.len()).collect();
     }
-    let rows: Vec<&Measurement> = group.rows.iter().map(|&(_, row)| row).collect();
-    let frontiers =
-        shown_metrics(group).flat_map(|(metric, plotted)| frontier(&rows, |row| error(metric, plotted, row)));
-    let baselines = (0..rows.len()).filter(|&index| is_baseline(rows[index])).take(1);
-    let chosen: BTreeSet<usize> = frontiers.chain(baselines).collect();
+    let best = shown_metrics(group).flat_map(|(metric, plotted)| frontiers(group, |row| error(metric, plotted, row)));
+    let baselines = (0..group.rows.len()).filter(|&index| is_baseline(group.rows[index].1)).take(1);
+    let chosen: BTreeSet<usize> = best.flat_map(|(_, positions)| positions).chain(baselines).collect();
     // Without any error, the first ones.
     if chosen.is_empty() { (0..MANY).collect() } else { chosen.into_iter().take(MANY).collect() }
 }
@@ -43,13 +41,19 @@ pub fn time_against_error(group: &Group, shown: &BTreeSet<usize>, metric: &'stat
     let rows: Vec<&Measurement> = group.rows.iter().map(|&(_, row)| row).collect();
     let error = |row: &Measurement| error(metric, plotted, row);
     let pairs: Vec<(f64, f64)> = rows.iter().map(|row| (row.time_ms_median, error(row))).collect();
-    let best = frontier(&rows, error);
-    if best.len() > 1 {
+    let curves = frontiers(group, error);
+    let count = curves.len();
+    for (number, (frame, best)) in curves.into_iter().enumerate().filter(|(_, (_, best))| best.len() > 1) {
         let points = best.iter().map(|&index| point(group, index, pairs[index], metric)).collect();
-        let name = "frontier".into();
-        series.push(Series { name, colour: None, marker: None, line: Some(Line::Stairs), points });
+        let name = frame.map_or("frontier".into(), |frame| format!("frontier, frame {frame}"));
+        // Later frames are darker.
+        let line = frame.map_or(Line::Stairs, |_| Line::PaleStairs((100 * (number + 1) / count) as u8));
+        let marker = frame.map(|frame| frame_marker(group, frame));
+        series.push(Series { name, colour: None, marker, line: Some(line), points });
     }
-    series.extend(technique_frontiers(group, &style, &pairs, &error));
+    if !group.has_several_frames() {
+        series.extend(technique_frontiers(group, &style, &pairs, &error));
+    }
     for (index, (_, row)) in group.rows.iter().enumerate() {
         let (colour, marker) = style.look(row);
         if !shown.contains(&index) {
@@ -71,16 +75,23 @@ pub fn time_against_error(group: &Group, shown: &BTreeSet<usize>, metric: &'stat
             continue;
         }
         let place = point(group, index, pairs[index], metric);
-        let same = |series: &&mut Series| series.colour == colour && series.marker == Some(marker);
+        // A frontier may have the same look, and no other points.
+        let same =
+            |series: &&mut Series| series.colour == colour && series.marker == Some(marker) && series.line.is_none();
         match series.iter_mut().find(same) {
             Some(series) => series.points.push(place),
-            None => series.push(Series {
-                name: style.name(row),
-                colour,
-                marker: Some(marker),
-                line: None,
-                points: vec![place],
-            }),
+            None => {
+                let name = style.name(row);
+                // Frames are told by their shapes, which the legend shows with the curves.
+                let is_known = group.has_several_frames() && series.iter().any(|series| series.name == name);
+                series.push(Series {
+                    name: if is_known { String::new() } else { name },
+                    colour,
+                    marker: Some(marker),
+                    line: None,
+                    points: vec![place],
+                });
+            }
         }
     }
     let drawing = Plot {
@@ -90,6 +101,12 @@ pub fn time_against_error(group: &Group, shown: &BTreeSet<usize>, metric: &'stat
         series,
     };
     Named { file: format!("time-vs-{}", plotted.file), choice: plotted.name, drawing: drawing.draw() }
+}
+
+/// Shape of the points of a frame. The first shape is that of rows that are the same in every frame.
+fn frame_marker(group: &Group, frame: u32) -> Marker {
+    let number = group.frames.iter().position(|known| *known == frame).unwrap_or(0);
+    MARKERS[(number + 1) % MARKERS.len()]
 }
 
 /// The frontier of each technique, in its colour; none where there is one technique only.
@@ -129,7 +146,7 @@ fn technique_frontiers(
 /// samples varies.
 pub fn error_over_samples(group: &Group) -> Vec<Named> {
     // One line for each combination of thousands of settings shows nothing.
-    if group.rows.len() > MANY {
+    if group.rows.len() > MANY || group.has_several_frames() {
         return vec![];
     }
     let is_samples = |name: &&String| ["samples", "slices", "rays"].contains(&last_segment(name));
@@ -249,6 +266,8 @@ fn point(group: &Group, index: usize, (x, y): (f64, f64), metric: &Metric) -> Po
 struct Style {
     colour: Meaning,
     shape: Meaning,
+    /// Shapes are those of frames.
+    frames: Vec<u32>,
 }
 
 /// A property of a row and its values in order of appearance.
@@ -284,11 +303,13 @@ impl Style {
                 value.map_or(String::new(), |(name, value)| value_label(name, value))
             }
         };
-        if group.mixed_techniques {
-            Self { colour: Meaning::new(group, |row| row.technique.clone()), shape: Meaning::new(group, parameter(0)) }
+        let frames = if group.has_several_frames() { group.frames.clone() } else { Vec::new() };
+        let (colour, shape) = if group.mixed_techniques {
+            (Meaning::new(group, |row| row.technique.clone()), Meaning::new(group, parameter(0)))
         } else {
-            Self { colour: Meaning::new(group, parameter(0)), shape: Meaning::new(group, parameter(1)) }
-        }
+            (Meaning::new(group, parameter(0)), Meaning::new(group, parameter(1)))
+        };
+        Self { colour, shape, frames }
     }
 
     /// Colour and shape; the baseline is an ink cross.
@@ -296,14 +317,21 @@ impl Style {
         if is_baseline(row) {
             return (None, Marker::Cross);
         }
-        (Some(self.colour.index(row)), MARKERS[self.shape.index(row) % MARKERS.len()])
+        let shape = if self.frames.is_empty() {
+            self.shape.index(row)
+        } else {
+            let frame = row.at_frame.and_then(|frame| self.frames.iter().position(|known| *known == frame));
+            frame.map_or(0, |number| number + 1)
+        };
+        (Some(self.colour.index(row)), MARKERS[shape % MARKERS.len()])
     }
 
     fn name(&self, row: &Measurement) -> String {
         if is_baseline(row) {
             return row.technique.clone();
         }
-        let words = [(self.colour.of)(row), (self.shape.of)(row)];
+        let shape = if self.frames.is_empty() { (self.shape.of)(row) } else { String::new() };
+        let words = [(self.colour.of)(row), shape];
         words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" · ")
     }
 }

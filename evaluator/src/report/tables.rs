@@ -200,7 +200,15 @@ impl<'a> Held<'a> {
             cells.extend(
                 self.gpus.iter().map(|gpu| ratio(self.paper(*of, gpu, step), self.paper(*over, gpu, over_step))),
             );
-            cells.push(ratio(self.measured(*of, step), self.measured(*over, over_step)));
+            let measured = self.measured(*of, step).zip(self.measured(*over, over_step)).map(|(of, over)| of / over);
+            cells.push(Cell::number(measured, 4));
+            let published: Vec<f64> = self
+                .gpus
+                .iter()
+                .filter_map(|gpu| Some(self.paper(*of, gpu, step)? / self.paper(*over, gpu, over_step)?))
+                .collect();
+            let is_busy = [*of, *over].iter().filter_map(|index| self.own[*index]).any(|(_, row)| was_busy(row));
+            cells.push(Cell::text(verdict(&published, measured, is_busy)));
             rows.push(TableRow { row: None, cells });
         }
         if let Some(Share { name, step, pass, of, published }) = self.table.share {
@@ -210,6 +218,7 @@ impl<'a> Held<'a> {
             let share = own.map(|(pass, step)| pass / step);
             let text = share.map_or(String::new(), |share| format!("{} %", number(100.0 * share, 3)));
             cells.push(Cell { text, value: share, best: false });
+            cells.push(Cell::default());
             rows.push(TableRow { row: None, cells });
         }
 
@@ -218,13 +227,19 @@ impl<'a> Held<'a> {
             Column::numeric(gpu.as_str(), "published ratio", "time of the first configuration over that of the second")
         }));
         columns.push(Column::numeric("measured", "ratio", ""));
-        let caption =
-            format!("{}. {} Times of different machines compare by ratio only.", self.table.source, self.table.remarks);
+        columns.push(Column::text("here"));
+        let caption = format!(
+            "{}. {} Times of different machines compare by ratio only. Confirmed: the measured ratio is within a fourth of \
+             those published. Contradicted: it is not. Cannot be told: a frame at the 95th percentile took over {BUSY} \
+             times the median, so the machine was busy.",
+            self.table.source, self.table.remarks
+        );
         Table { title: "Published and measured: what the paper concludes".into(), caption, columns, rows }
     }
 
     fn step(&self, step: &str) -> Table {
         let ratio = |time: Option<f64>, base: Option<f64>| time.zip(base).map(|(time, base)| time / base);
+        let all = || 0..self.configurations.len();
         let row = |configuration: usize| {
             let PublishedRow { resolution, parameters, .. } = &self.published[self.configurations[configuration]];
             let size = resolution.map(|[w, h]| format!("{w}×{h}"));
@@ -237,14 +252,20 @@ impl<'a> Held<'a> {
             let mut cells = vec![Cell::text(size.into_iter().chain(words).collect::<Vec<_>>().join(" · "))];
             cells.extend(self.gpus.iter().map(|gpu| Cell::number(published(gpu), 3)));
             cells.push(Cell::number(measured, 3));
-            cells.extend(self.gpus.iter().map(|gpu| Cell::number(ratio(published(gpu), self.paper(0, gpu, step)), 3)));
-            cells.push(Cell::number(ratio(measured, self.measured(0, step)), 3));
+            cells.extend(self.gpus.iter().map(|gpu| {
+                let base = all().find_map(|configuration| self.paper(configuration, gpu, step));
+                Cell::number(ratio(published(gpu), base), 3)
+            }));
+            // The same base as the paper's, though an earlier row may have such a step here.
+            let base =
+                all().find(|&configuration| self.gpus.iter().any(|gpu| self.paper(configuration, gpu, step).is_some()));
+            cells.push(Cell::number(ratio(measured, base.and_then(|base| self.measured(base, step))), 3));
             TableRow { row: self.own[configuration].map(|(index, _)| index), cells }
         };
         let mut columns = vec![Column::text("configuration")];
         columns.extend(self.gpus.iter().map(|gpu| Column::numeric(gpu.as_str(), "ms", "published")));
         columns.push(Column::numeric("measured", "ms", "here"));
-        let over_first = "time over that of the first row";
+        let over_first = "time over that of the first row that has the step";
         columns.extend(self.gpus.iter().map(|gpu| Column::numeric(gpu.as_str(), "× first row", over_first)));
         columns.push(Column::numeric("measured", "× first row", over_first));
         Table {
@@ -253,6 +274,33 @@ impl<'a> Held<'a> {
             columns,
             rows: (0..self.configurations.len()).map(row).collect(),
         }
+    }
+}
+
+/// How far a measured ratio may be from the published ones, and still confirm them.
+const NEAR: f64 = 1.25;
+/// 95th percentile of a row's time over its median above which ratios say nothing.
+const BUSY: f64 = 1.5;
+
+fn was_busy(row: &Measurement) -> bool {
+    row.time_ms_p95 > BUSY * row.time_ms_median
+}
+
+/// Whether a measured ratio of times agrees with the published ones; empty where nothing was measured.
+fn verdict(published: &[f64], measured: Option<f64>, is_busy: bool) -> &'static str {
+    let low = published.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = published.iter().copied().fold(0.0, f64::max);
+    match measured {
+        Some(ratio) if ratio.is_finite() && !published.is_empty() => {
+            if is_busy {
+                "cannot be told"
+            } else if (low / NEAR..=high * NEAR).contains(&ratio) {
+                "confirmed"
+            } else {
+                "contradicted"
+            }
+        }
+        _ => "",
     }
 }
 
@@ -287,6 +335,9 @@ fn configuration_columns<'a>(group: &'a Group) -> Vec<Filled<'a>> {
         let head = Column { kind, ..Column::text(group.short_name(name).replace('_', " ")) };
         columns.push((head, Box::new(cell), None));
     }
+    let frame = |row: &Measurement| row.at_frame.map_or(Cell::default(), Cell::count);
+    let head = Column::numeric("frame", "", "the frame that is measured, counted from 1; empty where all are alike");
+    columns.push((head, Box::new(frame), None));
     columns
 }
 
@@ -322,5 +373,21 @@ fn mark_best(cells: &mut [Cell], best: Best) {
     let text = winner.text.clone();
     if cells.iter().any(|cell| cell.text != text) {
         cells.iter_mut().for_each(|cell| cell.best = cell.text == text);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_claim_is_judged_by_the_published_ratios() {
+        let published = [2.0, 3.0];
+        let judged = |ratio| verdict(&published, Some(ratio), false);
+        assert_eq!([1.59, 1.61, 3.74, 3.76].map(judged), ["contradicted", "confirmed", "confirmed", "contradicted"]);
+        assert_eq!(verdict(&published, Some(2.5), true), "cannot be told");
+        assert_eq!(verdict(&published, None, false), "");
+        assert_eq!(verdict(&published, Some(f64::INFINITY), false), "");
+        assert_eq!(verdict(&[], Some(2.0), false), "");
     }
 }

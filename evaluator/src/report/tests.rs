@@ -199,6 +199,8 @@ fn ratios_stand_beside_the_published_ones() {
         ["3.746", "3.821", "3.775", "3.850", "1.008", "1.009", "over 70 %"]
     );
     assert_eq!(column(claims, "measured", "ratio"), ["4.000", "4.000", "4.000", "4.000", "", "", "75.0 %"]);
+    let confirmed = "confirmed";
+    assert_eq!(column(claims, "here", ""), [confirmed, confirmed, confirmed, confirmed, "", "", ""]);
     // Figure 6, 8800 GTS, SSIL: 7.1, 26.8, 102.4, 26.6, 26.8 ms.
     assert_eq!(column(gather, "8800 GTS", "× first row"), ["1.00", "3.77", "14.4", "3.75", "3.77"]);
     // 1 ms a sample, fourfold at half resolution; five levels were not measured.
@@ -232,6 +234,59 @@ fn a_table_of_two_resolutions_takes_rows_of_both_sizes() {
     assert_eq!(column(&published[0], "measured", "ratio"), ["2.500", "1.500", "2.000", "1.200"]);
     let words: Vec<&str> = published[1].rows.iter().map(|row| row.cells[0].text.as_str()).collect();
     assert_eq!(words, ["1280×720 · both", "1920×1080 · both"]);
+}
+
+#[test]
+fn a_step_that_the_first_row_lacks_is_compared_with_the_first_that_has_it() {
+    let row = |samples: u32, visibility: &str, voxels: f64| {
+        let mut row = cell("quarter", 4, samples, 0.1);
+        row.preset = "soler2010_fig9".into();
+        row.parameters.insert("hierarchical.visibility".into(), visibility.into());
+        row.pass_ms.insert("voxels".into(), voxels.into());
+        row
+    };
+    // Without visibility there are no voxels in the paper; a pass of that name here is no base.
+    let rows = [row(64, "off", 5.0), row(64, "auto", 2.0), row(256, "auto", 3.0)];
+    let groups = groups(&rows);
+    let published = tables::published(&groups[0], &groups);
+    let voxels = published.iter().find(|table| table.title.ends_with("voxels")).unwrap();
+    assert_eq!(column(voxels, "GTX 260", "× first row")[..4], ["", "1.00", "", "1.00"]);
+    assert_eq!(column(voxels, "measured", "× first row")[..4], ["2.50", "1.00", "", "1.50"]);
+}
+
+#[test]
+fn each_frame_has_a_curve_of_its_own() {
+    let row = |technique: &str, at_frame: Option<u32>, time: f64, error: f64| {
+        let mut row = Measurement {
+            technique: technique.into(),
+            at_frame,
+            time_ms_median: time,
+            time_ms_min: time,
+            ..Measurement::default()
+        };
+        row.errors.set(MetricId::IndirectRelMse, Some(error));
+        row
+    };
+    let mut rows = vec![row("none", None, 0.0, 0.9), row("bitmask", None, 1.0, 0.5)];
+    for (frame, error) in [(1, 0.8), (8, 0.4), (32, 0.2), (128, 0.1)] {
+        rows.push(row("radiance-cache", Some(frame), 2.0, error));
+    }
+    let groups = groups(&rows);
+    let trades = trade::trades(&groups[0], &(0..rows.len()).collect());
+    let drawing = trades[0].plot.drawing.file();
+    for name in ["none", "bitmask", "radiance-cache", "frontier, frame 1", "frontier, frame 128"] {
+        assert_eq!(drawing.matches(&format!(">{name}</text>")).count(), 1, "{name}");
+    }
+    // Nothing joins the end of a curve with its start: a stair goes right and down, here by one or two steps.
+    let steps: Vec<usize> = drawing
+        .split("<path class=\"line ink\" d=\"M")
+        .skip(1)
+        .take(4)
+        .map(|path| path.split('"').next().unwrap().matches('H').count())
+        .collect();
+    assert_eq!(steps, [1, 2, 2, 2]);
+    // In frame 1 the cache is worse than what is faster.
+    assert_eq!(column(&trades[0].table, "frame", ""), ["1", "1", "8", "8", "8", "32", "32", "32", "128", "128", "128"]);
 }
 
 #[test]

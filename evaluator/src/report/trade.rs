@@ -6,7 +6,7 @@ use halflight_metrics::{Metric, MetricId, Plotted};
 
 use super::document::table::{Cell, Column, Table, TableRow};
 use super::grouping::{Group, is_baseline};
-use super::pareto::frontier;
+use super::pareto::frontiers;
 use super::plots::{self, Named};
 use crate::format::{number, percent};
 use crate::measurement::Measurement;
@@ -36,40 +36,48 @@ pub fn trades(group: &Group, shown: &BTreeSet<usize>) -> Vec<Trade> {
 
 fn frontier_table(group: &Group, metric: &Metric, plotted: &Plotted) -> Table {
     let error = |row: &Measurement| plots::error(metric, plotted, row);
-    let measured: Vec<&Measurement> = group.rows.iter().map(|&(_, row)| row).collect();
     let others: Vec<&Metric> =
         Metric::ranked().into_iter().filter(|other| other.in_frontiers && other.title != plotted.name).collect();
-    let mut previous: Option<&Measurement> = None;
-    let rows = frontier(&measured, error).into_iter().map(|index| {
+    let table_row = |index: usize, previous: Option<&Measurement>, frame: Option<u32>| {
         let (row_index, row) = group.rows[index];
         let more = previous.map(|before| row.time_ms_median - before.time_ms_median);
         let change = previous.map(|before| error(row) / error(before) - 1.0);
-        previous = Some(row);
         let signed = |value: Option<f64>, text: &dyn Fn(f64) -> String| Cell {
             text: value.map_or(String::new(), text),
             value,
             best: false,
         };
-        let mut cells = vec![
-            Cell::row(row_index),
+        let mut cells = vec![Cell::row(row_index)];
+        cells.extend(frame.map(Cell::count));
+        cells.extend([
             Cell::text(group.label(row)),
             Cell::number(Some(row.time_ms_median), 3),
             signed(more, &|more| format!("+{}", number(more, 3))),
             Cell::number(Some(error(row)), metric.digits),
             signed(change, &percent),
-        ];
+        ]);
         cells.extend(others.iter().map(|other| Cell::number(row.errors.get(other.id), other.digits)));
         TableRow { row: Some(row_index), cells }
-    });
-    let rows = rows.collect();
-    let mut columns = vec![
-        Column::numeric("#", "", "row of results.csv"),
+    };
+    let mut rows = Vec::new();
+    for (frame, best) in frontiers(group, error) {
+        let mut previous = None;
+        for index in best {
+            rows.push(table_row(index, previous, frame));
+            previous = Some(group.rows[index].1);
+        }
+    }
+    let mut columns = vec![Column::numeric("#", "", "row of results.csv")];
+    if group.has_several_frames() {
+        columns.push(Column::numeric("frame", "", "the frame that is measured, counted from 1"));
+    }
+    columns.extend([
         Column::text("configuration"),
         Column::numeric("time", "ms", "median over the frames of every pass beyond G-buffer and direct light"),
         Column::numeric("more time", "ms", "than the row above"),
         Column::numeric(plotted.name, metric.unit, metric.meaning),
         Column::numeric("change", "", &format!("of {} against the row above", plotted.name)),
-    ];
+    ]);
     columns.extend(others.iter().map(|other| Column::numeric(other.title, other.unit, other.meaning)));
     Table { title: format!("What each millisecond buys, by {}", plotted.name), caption: String::new(), columns, rows }
 }
@@ -79,6 +87,10 @@ pub const CAPTION: &str = "The configurations that no other beats in both time a
                            cheapest way to its error, and the difference from the row above is what the extra \
                            milliseconds buy. Of configurations whose times overlap, only the one with the lower error \
                            is here.";
+
+/// What is different where rows were measured at several frames.
+pub const CAPTION_FRAMES: &str = " A technique with a history needs frames, so each frame has a frontier of its own: of the rows \
+                                  measured at it and of those that are the same in every frame.";
 
 /// Why relMSE ranks the image without indirect light above configurations that other metrics rank far above it; `None`
 /// where it does not.

@@ -67,6 +67,8 @@ pub enum Line {
     Dashed,
     /// Right, then down: a frontier, on which nothing lies between two points.
     Stairs,
+    /// As [`Line::Stairs`], of this percentage of opacity: frontiers that follow each other.
+    PaleStairs(u8),
 }
 
 /// One point.
@@ -266,12 +268,16 @@ impl Drawing {
         let mut path = format!("M{x:.1} {y:.1}");
         for (x, y) in points {
             let _ = match line {
-                Line::Stairs => write!(path, "H{x:.1}V{y:.1}"),
+                Line::Stairs | Line::PaleStairs(_) => write!(path, "H{x:.1}V{y:.1}"),
                 Line::Solid | Line::Dashed => write!(path, "L{x:.1} {y:.1}"),
             };
         }
         let kind = if line == Line::Dashed { "line dashed" } else { "line" };
-        self.push(format_args!("<path class=\"{kind} {}\" d=\"{path}\"/>", colour_class(colour)));
+        let opacity = match line {
+            Line::PaleStairs(percent) => format!(" stroke-opacity=\"{:.2}\"", f64::from(percent.min(100)) / 100.0),
+            Line::Solid | Line::Dashed | Line::Stairs => String::new(),
+        };
+        self.push(format_args!("<path class=\"{kind} {}\" d=\"{path}\"{opacity}/>", colour_class(colour)));
     }
 
     /// Dots as one element, on a raster of pixels.

@@ -82,6 +82,11 @@ impl Cell {
         Self { text: value.map_or(String::new(), |value| number(value, digits)), value, best: false }
     }
 
+    /// A whole number, in full.
+    pub fn count(value: u32) -> Self {
+        Self { text: value.to_string(), value: Some(value.into()), best: false }
+    }
+
     /// The number of a row, counted from 1, of this index.
     pub fn row(index: usize) -> Self {
         Self { text: (index + 1).to_string(), value: Some(index as f64), best: false }

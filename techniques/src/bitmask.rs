@@ -164,6 +164,13 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
                 },
             })
         });
+    if !lit && parameters.temporal_a > 0.0 {
+        plan.notes.push(
+            "temporal_a of bitmask filters light: with finds = occlusion, ambient visibility is not filtered over frames; \
+             raise slices or denoise instead"
+                .into(),
+        );
+    }
     let light = temporal_filter(plan, inputs, light, parameters.temporal_a);
     if let (Some(feedback), Some(light)) = (feedback, light) {
         feedback.write_history(plan, inputs, light);

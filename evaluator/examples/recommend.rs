@@ -33,13 +33,20 @@ struct Args {
     /// Metric that decides.
     #[arg(long, default_value = "block_rel_mse")]
     metric: String,
+    /// Bounces of the reference.
+    #[arg(long, default_value_t = 12)]
+    bounces: u32,
+    /// Whether the camera moves.
+    #[arg(long)]
+    moving: bool,
 }
 
 /// Techniques with the parameters that are swept.
-const SWEPT: [(&str, &[&str]); 5] = [
-    ("hierarchical", &["start_resolution", "levels", "samples", "visibility", "disc_area"]),
+const SWEPT: [(&str, &[&str]); 6] = [
+    ("radiance-cache", &["rays", "spacing"]),
+    ("hierarchical", &["start_resolution", "samples", "visibility", "bounces"]),
     ("bitmask", &["resolution", "slices", "steps", "denoise"]),
-    ("horizon", &["resolution", "slices", "steps"]),
+    ("horizon", &["slices", "steps"]),
     ("hybrid", &["start_resolution", "light_samples"]),
     ("rsm", &["start_resolution", "samples"]),
 ];
@@ -67,7 +74,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for path in &args.scenes {
         let scene = open_scene(path)?.posed(0);
         let facts = SceneFacts::of(&scene);
-        let measuring = Measuring { moving: false, bounces: 1, seed: 0 };
+        let measuring = Measuring { moving: args.moving, bounces: args.bounces, seed: 0 };
         let mut measurer = Measurer::new(&native, &scene, metric, measuring);
         let families: Vec<Family> = SWEPT
             .iter()

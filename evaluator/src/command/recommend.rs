@@ -41,15 +41,15 @@ pub(super) struct RecommendArgs {
     /// Technique to choose from; may be given many times [default: all]
     #[arg(long = "technique", value_name = "NAME")]
     techniques: Vec<String>,
-    /// The camera moves: the error is that of the first image after a cut, so filters over frames do not help. Without it,
-    /// the camera is static, and they show their image after 16 frames.
+    /// The camera moves sideways in each frame. Without it, the camera is static. What builds on frames before counts with
+    /// frame 60: what is seen after a second at 60 frames a second.
     #[arg(long)]
     moving: bool,
     /// Time for the search, minutes. It ends with the best so far.
     #[arg(long, default_value_t = 5.0, value_parser = positive)]
     minutes: f64,
-    /// Bounces of the reference.
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64))]
+    /// Bounces of the reference. Light of bounces that a configuration leaves out counts as error.
+    #[arg(long, default_value_t = BOUNCES, value_parser = clap::value_parser!(u32).range(1..=64))]
     bounces: u32,
     /// Folder for the page, the preset, recommend.json and the measured cells.
     #[arg(long, value_name = "DIR")]
@@ -67,6 +67,9 @@ pub(super) struct RecommendArgs {
     #[arg(long, default_value_t = 0)]
     seed: u32,
 }
+
+/// Further bounces bring less than the noise of a reference.
+const BOUNCES: u32 = 12;
 
 fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|v: &f64| *v > 0.0 && v.is_finite());
@@ -87,7 +90,7 @@ impl RecommendArgs {
         );
         named
             .option_unless("minutes", self.minutes, 5.0)
-            .option_unless("bounces", self.bounces, 1)
+            .option_unless("bounces", self.bounces, BOUNCES)
             .option_if("out", self.out.as_ref().map(|out| out.display()))
             .option_unless("adapter", self.adapter.as_str(), "any")
             .option_unless("seed", self.seed, 0)

@@ -21,6 +21,7 @@ use crate::{
     Error,
     experiment::{
         frames::{Shown, modulate},
+        moving::Moving,
         reference::final_radiance,
         session::{Frames, Request, Session},
     },
@@ -29,7 +30,7 @@ use crate::{
 /// How cells are measured.
 #[derive(Clone, Debug)]
 pub struct Measuring {
-    /// Whether the camera moves: a filter over frames has no history to rely on.
+    /// Whether the camera moves, as [`Moving::Camera`] says. It matters for techniques with a history.
     pub moving: bool,
     /// Bounces of the reference.
     pub bounces: u32,
@@ -43,8 +44,8 @@ const FRAMES: [u32; 2] = [5, 11];
 const LONG: f64 = 4.0;
 /// Frames whose error counts, of a technique without history.
 const IMAGES: u32 = 3;
-/// Frames under a static camera before the image of a technique with a history counts.
-const STATIC_FRAMES: u32 = 16;
+/// The frame that counts of a technique with a history, counted from 1: what is seen after a second at 60 frames a second.
+pub const SETTLED_FRAME: u32 = 60;
 /// Samples per pixel of the reference: of the first try, and the most. The number doubles from try to try.
 const SAMPLES: [u32; 2] = [16, 512];
 /// Relative error over 8x8 blocks at which the reference is precise enough. Its noise adds the square of it to block
@@ -115,7 +116,10 @@ impl<'a> Measurer<'a> {
     pub fn pictures(&mut self, cell: &Cell) -> Result<([Vec<Rgb>; 2], f32), Error> {
         self.measure(cell, 0.0)?;
         let mut frames = self.frames(cell)?;
-        frames.run(0)?;
+        let count = if frames.plan().has_history() { SETTLED_FRAME } else { 1 };
+        for frame in 0..count {
+            frames.run(frame)?;
+        }
         let shown = Shown::read(&frames)?;
         let reference = &self.references[&cell.size];
         Ok(([shown.image, reference.final_image.clone()], reference.exposure))
@@ -123,21 +127,14 @@ impl<'a> Measurer<'a> {
 
     fn frames(&mut self, cell: &Cell) -> Result<Frames<'a>, Error> {
         let needs = (cell.technique.needs)(&cell.settings).map_err(|e| Error::BadInput(e.to_string()))?;
-        let scene_frames = match self.scene_frames.entry((cell.size, format!("{needs:?}"))) {
-            Entry::Occupied(ready) => ready.into_mut(),
-            Entry::Vacant(slot) => {
-                let mut frames = self.session.scene_frames(&cell.settings, cell.size)?;
-                frames.run(0)?;
-                slot.insert(frames)
-            }
-        };
-        let request = Request {
-            technique: cell.technique,
-            settings: cell.settings.clone(),
-            size: cell.size,
-            seed: self.measuring.seed,
-            direct: None,
-        };
+        let key = (cell.size, format!("{needs:?}"));
+        if let Entry::Vacant(slot) = self.scene_frames.entry(key.clone()) {
+            let mut frames = self.session.scene_frames(&cell.settings, cell.size)?;
+            frames.run(0)?;
+            slot.insert(frames);
+        }
+        let request = self.request(cell);
+        let scene_frames = &self.scene_frames[&key];
         self.session.technique_frames(&request, scene_frames)
     }
 
@@ -176,8 +173,10 @@ impl<'a> Measurer<'a> {
                 break;
             }
         }
-        if has_history && !self.measuring.moving {
-            for frame in times.len() as u32 + 1..=STATIC_FRAMES {
+        if has_history && self.measuring.moving {
+            errors = vec![self.error_of_moving(cell)?];
+        } else if has_history {
+            for frame in times.len() as u32 + 1..SETTLED_FRAME {
                 frames.run(frame)?;
             }
             errors = vec![error(&frames)?];
@@ -185,6 +184,27 @@ impl<'a> Measurer<'a> {
         let passes = passes.into_iter().map(|(name, mut times)| (name, percentile(&mut times, 0.5))).collect();
         let reference_noise = self.noise(reference);
         Ok(Outcome::Measured(Measured { times, passes, errors, reference_noise }))
+    }
+
+    /// The error in [`SETTLED_FRAME`], to which the camera has moved.
+    fn error_of_moving(&self, cell: &Cell) -> Result<f64, Error> {
+        let (moved, _) = Moving::Camera.apply(self.scene.clone(), SETTLED_FRAME);
+        let session = Session::new(self.native, &moved);
+        let mut frames = session.frames(&self.request(cell))?;
+        for frame in 0..SETTLED_FRAME {
+            frames.run(frame)?;
+        }
+        Ok(self.error(&self.references[&cell.size], &Shown::read(&frames)?, cell.size[0]))
+    }
+
+    fn request<'r>(&self, cell: &Cell) -> Request<'r> {
+        Request {
+            technique: cell.technique,
+            settings: cell.settings.clone(),
+            size: cell.size,
+            seed: self.measuring.seed,
+            direct: None,
+        }
     }
 
     /// What showing no indirect light gives.

@@ -6,8 +6,8 @@ use std::{path::Path, time::Instant};
 use halflight_metrics::Metric;
 use halflight_native::{NativeGpu, scene_hash::scene_hash};
 use halflight_output::OutputFolder;
-use halflight_recommend::{Answer, Family, Goal, Interval, NoAnswer, Outcome, Request, Search, Stage};
-use halflight_renderer::{gi::Technique, scene::SceneFacts, truth::is_lit};
+use halflight_recommend::{Answer, Family, Goal, Interval, NoAnswer, Outcome, Point, Request, Search, Stage};
+use halflight_renderer::{gi::Technique, parameters::Value, plan_technique_of_scene, scene::SceneFacts, truth::is_lit};
 use halflight_scenes::Scene;
 use halflight_techniques::TECHNIQUES;
 
@@ -22,7 +22,7 @@ mod measure;
 mod output;
 mod store;
 
-pub use measure::{Measurer, Measuring};
+pub use measure::{Measurer, Measuring, SETTLED_FRAME};
 pub use output::Report;
 
 /// What to recommend, and how long to look for it.
@@ -68,6 +68,8 @@ pub fn families(techniques: &[&'static Technique]) -> Vec<Family> {
 pub struct Found {
     /// The answer, or why there is none.
     pub answer: Result<Answer, NoAnswer>,
+    /// The frame whose error counts, from 1, where the answer builds on frames before; `None` where all frames are alike.
+    pub frame: Option<u32>,
     /// Time and error of the answer, measured once more after the search.
     pub achieved: Option<[Interval; 2]>,
     /// Seconds that the search took.
@@ -87,7 +89,7 @@ pub fn recommend(
     folder: Option<&OutputFolder>,
     resume: bool,
 ) -> Result<Found, Error> {
-    let found = |answer| Found { answer, achieved: None, seconds: 0.0, stopped: false };
+    let found = |answer| Found { answer, frame: None, achieved: None, seconds: 0.0, stopped: false };
     if !is_lit(scene) {
         return Ok(found(Err(NoAnswer(format!(
             "{} has no light, so there is no indirect light to compute: add a [[light]], an emitting material or an \
@@ -103,7 +105,7 @@ pub fn recommend(
         reduced: reduced(options.size),
         most_cells: None,
     };
-    let mut search = match Search::new(request, facts, families(&options.techniques)) {
+    let mut search = match Search::new(request, facts.clone(), families(&options.techniques)) {
         Ok(search) => search,
         Err(sentence) => return Ok(found(Err(sentence))),
     };
@@ -143,33 +145,37 @@ pub fn recommend(
     }
     let stopped = spent() >= 1.0;
     let mut answer = search.answer();
-    let mut achieved = None;
+    let (mut achieved, mut frame) = (None, None);
     if let Ok(answer) = &mut answer {
+        let Point { technique, settings, .. } = &answer.point;
+        let plan = plan_technique_of_scene(&facts, technique, settings, options.size);
+        frame = plan.is_ok_and(|plan| plan.has_history()).then_some(SETTLED_FRAME);
         let point = &answer.point;
         let cell = halflight_recommend::Cell::full_size(point.technique, point.settings.clone(), options.size);
         if let Outcome::Measured(again) = measurer.measure(&cell, 0.0)? {
             let error = Interval::of_mean(&again.errors, again.reference_noise);
             achieved = Some([Interval::of_median(&again.times), error]);
         }
-        answer.remains = remains(native, scene, options, answer);
+        answer.remains = if frame.is_none() { remains(native, scene, options, answer) } else { None };
     }
     let seconds = start.elapsed().as_secs_f64();
     progress.finish(&format!("search on {}: {} cells in {seconds:.0} s", scene.name, search.cells()));
-    Ok(Found { answer, achieved, seconds, stopped })
+    Ok(Found { answer, frame, achieved, seconds, stopped })
 }
 
-/// What remains of the error, from an explanation of a small image; `None` where it cannot be explained.
+/// What remains of the error, from an explanation of a small image; `None` where it cannot be explained, such as with a
+/// history. An explanation follows the first bounce.
 fn remains(native: &NativeGpu, scene: &Scene, options: &Options, answer: &Answer) -> Option<String> {
-    // An explanation follows the first bounce.
-    if options.measuring.bounces != 1 {
-        return None;
+    let mut settings = answer.point.settings.clone();
+    if let Some(bounces) = settings.get_mut(&format!("{}.bounces", answer.point.technique.name)) {
+        *bounces = Value::Int(1);
     }
     let width = options.size[0].min(EXPLAINED_WIDTH);
     let height = (options.size[1] * width / options.size[0]).max(1);
     let [frames, samples_per_pixel] = EXPLAINED;
     let explained = explain::Options {
         technique: answer.point.technique,
-        settings: answer.point.settings.clone(),
+        settings,
         size: [width, height],
         seed: options.measuring.seed,
         frame: 1,
@@ -178,7 +184,13 @@ fn remains(native: &NativeGpu, scene: &Scene, options: &Options, answer: &Answer
         cache: Some(halflight_native::cache::Cache::standard()),
         direct_from_truth: false,
     };
-    Explanation::measure(native, scene, &explained).ok().map(|explanation| explanation.advice)
+    Explanation::measure(native, scene, &explained).ok().map(|explanation| {
+        if options.measuring.bounces == 1 {
+            explanation.advice
+        } else {
+            format!("of the first bounce: {}", explanation.advice)
+        }
+    })
 }
 
 /// Checks that the folder of an answer can be written, and reserves its files.

@@ -12,7 +12,7 @@ use halflight_scenes::{Scene, bundled};
 use halflight_techniques::{invocation::Invocation, link, preset::Preset};
 use serde_json::{Value, json};
 
-use super::{Found, Options};
+use super::{Found, Measuring, Options};
 use crate::{
     Error,
     experiment::COMMIT,
@@ -56,7 +56,9 @@ impl Report<'_> {
     /// The command that renders the answer.
     pub fn render_command(&self, answer: &Answer) -> Invocation {
         let Point { technique, settings, .. } = &answer.point;
-        Invocation::render(&self.path, technique.name, settings, self.options.size).option("out", "frame.exr")
+        Invocation::render(&self.path, technique.name, settings, self.options.size)
+            .option_if("frame", self.found.frame.map(|frame| frame - 1))
+            .option("out", "frame.exr")
     }
 
     /// The address of the answer in the viewer; `None` for a scene that is not bundled, which a link cannot name.
@@ -68,6 +70,18 @@ impl Report<'_> {
         let Point { technique, settings, .. } = &answer.point;
         let side = link::side("a", Some(technique.name), settings);
         Some(format!("http://127.0.0.1:8080/#{}{side}", link::scene(name, self.options.size)))
+    }
+
+    /// What the error of the answer is of.
+    fn light(&self) -> String {
+        let Measuring { bounces, moving, .. } = self.options.measuring;
+        let light = if bounces == 1 { "light of one bounce".into() } else { format!("light of {bounces} bounces") };
+        let view = if moving { "moving" } else { "static" };
+        let frame = self.found.frame.map(|frame| {
+            let before = frame as f32 / 60.0;
+            format!(", frame {frame} of a {view} view ({before:.0} s at 60 frames a second)")
+        });
+        light + &frame.unwrap_or_default()
     }
 
     fn question(&self) -> String {
@@ -90,6 +104,8 @@ impl Report<'_> {
             "error_bound": match self.options.goal { Goal::ErrorBound(bound) => Some(bound), Goal::Budget(_) => None },
             "metric": self.options.metric.key,
             "moving": self.options.measuring.moving,
+            "bounces": self.options.measuring.bounces,
+            "frame": self.found.frame,
             "answer": answer,
             "achieved": self.found.achieved.map(|[time, error]| json!({ "time_ms": time, "error": error })),
             "sentence": self.found.answer.as_ref().err().map(ToString::to_string),
@@ -152,6 +168,7 @@ impl Report<'_> {
             ("Size", format!("{width}x{height}")),
             ("Time", format!("{} ms", interval(answer.point.time_ms))),
             (self.options.metric.title, interval(answer.point.error)),
+            ("Error of", self.light()),
             ("Without indirect light", number(answer.baseline_error, 3)),
         ];
         facts.extend(
@@ -269,6 +286,7 @@ impl fmt::Display for Report<'_> {
             "error",
             format!("{} {shown}; no indirect light: {}", answer.metric.title, number(answer.baseline_error, 3)),
         )?;
+        line("error of", self.light())?;
         if let Some([time, error]) = self.found.achieved {
             line("again", format!("{} ms, {} {}", interval(time), answer.metric.title, interval(error)))?;
         }

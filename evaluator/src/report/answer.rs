@@ -2,9 +2,12 @@
 //! pictures.
 
 use halflight_metrics::{Metric, MetricId, Plotted};
+use halflight_renderer::parameters::Settings;
+use halflight_techniques::technique;
+use serde_json::Value;
 
 use super::document::table::{Cell, Column, Table, TableRow};
-use super::grouping::{Group, is_baseline};
+use super::grouping::{Group, is_baseline, value_label};
 use super::pareto::frontiers;
 use super::plots::{self, Named};
 use crate::format::{number, percent};
@@ -12,6 +15,8 @@ use crate::measurement::Measurement;
 
 /// The metric that decides, as in `evaluator recommend`.
 const DECIDING: MetricId = MetricId::IndirectBlockRelMse;
+/// Error relative to that of no indirect light from which on the first budget may start.
+const USEFUL: f64 = 0.9;
 /// Most budgets.
 const BUDGETS: usize = 4;
 
@@ -21,7 +26,7 @@ pub struct Answer {
     pub plot: Named,
     /// The winner for each budget; without rows where nothing is better than no indirect light.
     pub table: Table,
-    /// Row, title and path of each picture: the reference, no indirect light, the winners.
+    /// Row, title and path of each picture: no indirect light, the winners, the reference.
     pub pictures: Vec<(Option<usize>, String, String)>,
 }
 
@@ -60,36 +65,24 @@ fn winners<'a>(group: &Group<'a>, metric: &Metric, plotted: &Plotted, baseline: 
     let better = |row: &Measurement| !is_baseline(row) && baseline.is_none_or(|baseline| error(row) < baseline);
     let best: Vec<(usize, &Measurement)> =
         best.into_iter().map(|at| group.rows[at]).filter(|(_, row)| better(row)).collect();
-    let mut winners: Vec<(f64, usize, &Measurement, f64)> = Vec::new();
-    for budget in budgets(&best.iter().map(|(_, row)| row.time_ms_median).collect::<Vec<_>>()) {
-        let within = best.iter().rfind(|(_, row)| row.time_ms_median <= budget);
-        if let Some(&(index, row)) = within.filter(|(index, _)| winners.iter().all(|known| known.1 != *index)) {
-            winners.push((budget, index, row, error(row)));
-        }
-    }
-    Winners { baseline, frame, winners }
+    let is_useful = |row: &Measurement| baseline.is_none_or(|baseline| error(row) <= USEFUL * baseline);
+    let fastest = best.iter().find(|(_, row)| is_useful(row)).or(best.first()).map(|(_, row)| row.time_ms_median);
+    let slowest = group.rows.iter().map(|(_, row)| row.time_ms_median).filter(|time| time.is_finite()).reduce(f64::max);
+    let budgets = fastest.zip(slowest).map_or(Vec::new(), |(fastest, slowest)| budgets(fastest, slowest));
+    let winner = |budget: f64| {
+        let (index, row) = best.iter().rfind(|(_, row)| row.time_ms_median <= budget).copied()?;
+        Some((budget, index, row, error(row)))
+    };
+    Winners { baseline, frame, winners: budgets.into_iter().filter_map(winner).collect() }
 }
 
-/// Budgets for these times of a frontier, in rising order, ms: at most [`BUDGETS`] of them, at even ratios from the fastest to
-/// the slowest, rounded up to two digits.
-fn budgets(times: &[f64]) -> Vec<f64> {
-    let (Some(&first), Some(&last)) = (times.first(), times.last()) else { return Vec::new() };
-    let chosen: Vec<f64> = if times.len() <= BUDGETS {
-        times.to_vec()
-    } else {
-        let mut free = times.to_vec();
-        let target = |step: usize| first * (last / first).powf(step as f64 / (BUDGETS - 1) as f64);
-        let mut chosen: Vec<f64> = (0..BUDGETS)
-            .filter_map(|step| {
-                let distance = |time: f64| (time / target(step)).ln().abs();
-                let nearest = (0..free.len()).min_by(|&a, &b| distance(free[a]).total_cmp(&distance(free[b])))?;
-                Some(free.remove(nearest))
-            })
-            .collect();
-        chosen.sort_by(f64::total_cmp);
-        chosen
-    };
-    chosen.into_iter().map(rounded_up).collect()
+/// [`BUDGETS`] times at even ratios from that of the fastest useful configuration to that of the slowest of all, ms, rounded up to
+/// two digits.
+fn budgets(fastest: f64, slowest: f64) -> Vec<f64> {
+    let step = |step: usize| fastest * (slowest / fastest).powf(step as f64 / (BUDGETS - 1) as f64);
+    let mut budgets: Vec<f64> = (0..BUDGETS).map(step).map(rounded_up).collect();
+    budgets.dedup();
+    budgets
 }
 
 /// The next number of two digits.
@@ -98,7 +91,8 @@ fn rounded_up(time: f64) -> f64 {
         return time;
     }
     let unit = 10f64.powi(time.log10().floor() as i32 - 1);
-    (time / unit).ceil() * unit
+    // A number of two digits stays as it is, whatever its last bit.
+    (time / unit * (1.0 - 1e-12)).ceil() * unit
 }
 
 fn table(group: &Group, metric: &Metric, plotted: &Plotted, found: &Winners) -> Table {
@@ -106,7 +100,11 @@ fn table(group: &Group, metric: &Metric, plotted: &Plotted, found: &Winners) -> 
     let others: Vec<&Metric> =
         Metric::ranked().into_iter().filter(|other| other.headline && other.title != metric.title).collect();
     let mut columns = vec![
-        Column::numeric("budget", "ms", "a time of the frontier, rounded up"),
+        Column::numeric(
+            "budget",
+            "ms",
+            "even ratios from the fastest with a tenth less error than none to the slowest",
+        ),
         Column::text("best within it"),
         Column::numeric("time", "ms", "median over the frames of every pass beyond G-buffer and direct light"),
         Column::numeric(plotted.name, metric.unit, metric.meaning),
@@ -117,7 +115,7 @@ fn table(group: &Group, metric: &Metric, plotted: &Plotted, found: &Winners) -> 
         let change = baseline.map(|baseline| error / baseline - 1.0);
         let mut cells = vec![
             Cell::number(Some(budget), 2),
-            Cell::text(group.label(row)),
+            Cell::text(label(row)),
             Cell::number(Some(row.time_ms_median), 3),
             Cell::number(Some(error), metric.digits),
             Cell { text: change.map_or(String::new(), percent), value: change, best: false },
@@ -134,8 +132,9 @@ fn table(group: &Group, metric: &Metric, plotted: &Plotted, found: &Winners) -> 
         ),
         (None, true) => format!("No configuration has a finite time and {}.", plotted.name),
         (_, false) => format!(
-            "The lowest {} within each time, over all configurations. The budgets are times of the frontier at even ratios, so \
-             they suit any computer.",
+            "The lowest {} within each time, over all configurations. The times go at even ratios from the fastest \
+             configuration with a tenth less error than no indirect light to the slowest of all, so they suit any computer. \
+             Settings at their defaults are not named.",
             plotted.name
         ),
     };
@@ -156,6 +155,19 @@ fn table(group: &Group, metric: &Metric, plotted: &Plotted, found: &Winners) -> 
     Table { title: "Which settings for which time".into(), caption, columns, rows: rows.collect() }
 }
 
+/// A row's technique, the settings that differ from its defaults, and its frame.
+fn label(row: &Measurement) -> String {
+    let defaults = technique(&row.technique).ok().and_then(|technique| (technique.complete)(&Settings::new()).ok());
+    let is_default = |name: &str, value: &Value| {
+        let default = defaults.as_ref().and_then(|defaults| defaults.get(name));
+        default.is_some_and(|default| serde_json::to_value(default).is_ok_and(|default| default == *value))
+    };
+    let changed = row.parameters.iter().filter(|(name, value)| !is_default(name, value));
+    let changed = changed.map(|(name, value)| value_label(name, value));
+    let frame = row.at_frame.map(|frame| format!("frame {frame}"));
+    [row.technique.clone()].into_iter().chain(changed).chain(frame).collect::<Vec<_>>().join(" · ")
+}
+
 fn pictures(
     group: &Group,
     found: &Winners,
@@ -165,15 +177,18 @@ fn pictures(
     let error = |row: &Measurement| row.errors.get(DECIDING).map_or(String::new(), |error| number(error, 3));
     let name = DECIDING.metric().title;
     let mut pictures: Vec<(Option<usize>, String, String)> = Vec::new();
-    pictures.extend(reference.map(|path| (None, "path-traced reference".to_owned(), path.to_owned())));
-    for &(budget, index, row, _) in &found.winners {
-        let title = format!("within {} ms: {}, {name} {}", number(budget, 2), group.label(row), error(row));
-        pictures.extend(row.image("final").map(|path| (Some(index), title, path.to_owned())));
-    }
     if let Some((index, row)) = baseline {
         let title = format!("no indirect light, {name} {}", error(row));
         pictures.extend(row.image("final").map(|path| (Some(index), title, path.to_owned())));
     }
+    for &(budget, index, row, _) in &found.winners {
+        // What wins again is shown once.
+        if pictures.iter().all(|(known, ..)| *known != Some(index)) {
+            let title = format!("within {} ms: {}, {name} {}", number(budget, 2), label(row), error(row));
+            pictures.extend(row.image("final").map(|path| (Some(index), title, path.to_owned())));
+        }
+    }
+    pictures.extend(reference.map(|path| (None, "path-traced reference".to_owned(), path.to_owned())));
     // The reference alone shows nothing.
     if pictures.len() > 1 { pictures } else { Vec::new() }
 }
@@ -212,6 +227,8 @@ mod tests {
             let of = |(technique, time, error)| row(technique, time * scale, error);
             vec![
                 of(("none", 0.0, 0.9)),
+                // Better than nothing, but not useful.
+                of(("a", 0.9, 0.82)),
                 of(("a", 1.01, 0.8)),
                 of(("b", 2.0, 0.7)),
                 of(("a", 3.9, 0.5)),
@@ -225,19 +242,19 @@ mod tests {
         };
         let slow = rows(10.0);
         let found = answer(&groups(&slow)[0]).unwrap();
-        // Even ratios of 10.1 to 160 are 10.1, 25.4, 63.7 and 160.
+        // Even ratios of 10.1 to 160, rounded up.
         let expected = [
             ["11", "a", "0.800", "−11.1 %"],
-            ["20", "b", "0.700", "−22.2 %"],
-            ["90", "b", "0.300", "−66.7 %"],
+            ["26", "b", "0.700", "−22.2 %"],
+            ["64", "b", "0.400", "−55.6 %"],
             ["160", "c", "0.100", "−88.9 %"],
         ];
         assert_eq!(texts(&found), expected.map(|row| row.map(str::to_owned)));
         let titles: Vec<(Option<usize>, &str)> =
             found.pictures.iter().map(|(row, title, _)| (*row, title.as_str())).collect();
-        assert_eq!(titles[0], (None, "path-traced reference"));
-        assert_eq!(titles[1], (Some(1), "within 11 ms: a, block relMSE 0.800"));
-        assert_eq!(titles[5], (Some(0), "no indirect light, block relMSE 0.900"));
+        assert_eq!(titles[0], (Some(0), "no indirect light, block relMSE 0.900"));
+        assert_eq!(titles[1], (Some(2), "within 11 ms: a, block relMSE 0.800"));
+        assert_eq!(titles[5], (None, "path-traced reference"));
         let fast = rows(0.1);
         let quick = answer(&groups(&fast)[0]).unwrap();
         let rows = |answer: &Answer| answer.table.rows.iter().map(|row| row.row).collect::<Vec<_>>();
@@ -247,9 +264,12 @@ mod tests {
     #[test]
     fn the_last_frame_decides() {
         let at = |frame: u32, time: f64, error: f64| Measurement { at_frame: Some(frame), ..row("cache", time, error) };
-        let rows = [row("a", 2.0, 0.5), at(1, 1.0, 0.6), at(8, 3.0, 0.1), at(8, 4.0, 0.05)];
+        let rows = [row("a", 2.0, 0.5), at(1, 1.0, 0.6), at(8, 3.0, 0.1), at(8, 4.0, 0.05), row("a", 16.0, 0.2)];
         let found = answer(&groups(&rows)[0]).unwrap();
-        assert_eq!(found.table.rows.iter().map(|row| row.row).collect::<Vec<_>>(), [Some(0), Some(2), Some(3)]);
+        // 2, 4, 8 and 16 ms: more time brings nothing more, and the picture is shown once.
+        assert_eq!(found.table.rows.iter().map(|row| row.row).collect::<Vec<_>>(), [0, 3, 3, 3].map(Some));
+        assert_eq!(found.pictures.iter().map(|picture| picture.0).collect::<Vec<_>>(), [Some(0), Some(3), None]);
+        assert!(found.pictures[1].1.contains("cache · frame 8"), "{}", found.pictures[1].1);
         assert!(found.table.caption.contains("in frame 8"), "{}", found.table.caption);
     }
 
@@ -270,11 +290,21 @@ mod tests {
 
     #[test]
     fn budgets_are_round() {
-        assert_eq!(
-            [0.0123, 9.1, 9.91, 10.0, 123.0].map(rounded_up).map(|v| number(v, 2)),
-            ["0.013", "9.1", "10", "10", "130"]
-        );
-        assert_eq!(budgets(&[]), [0.0; 0]);
-        assert_eq!(budgets(&[3.0]), [3.0]);
+        let round = [0.0123, 9.1, 9.91, 10.0, 123.0].map(rounded_up).map(|v| number(v, 2));
+        assert_eq!(round, ["0.013", "9.1", "10", "10", "130"]);
+        assert_eq!(budgets(1.0, 8.0).len(), 4);
+        assert_eq!(budgets(3.0, 3.0), [3.0]);
+    }
+
+    #[test]
+    fn defaults_are_not_named() {
+        let mut row = row("hierarchical", 1.0, 0.1);
+        let technique = technique("hierarchical").unwrap();
+        let settings = (technique.complete)(&Settings::new()).unwrap();
+        row.parameters =
+            settings.iter().map(|(key, value)| (key.clone(), serde_json::to_value(value).unwrap())).collect();
+        assert_eq!(label(&row), "hierarchical");
+        row.parameters.insert("hierarchical.levels".into(), 5.into());
+        assert_eq!(label(&row), "hierarchical · levels 5");
     }
 }

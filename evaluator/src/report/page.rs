@@ -178,7 +178,7 @@ fn answer(part: &Part) -> Markup {
     html! {
         (heading(&answer.table.title, &answer.table.caption))
         @if !answer.table.rows.is_empty() { (rows(&answer.table, "scroll")) }
-        (shown_beside(part, &answer.pictures, "strip large"))
+        (shown_beside(part, &answer.pictures, if answer.pictures.len() == 4 { "strip two" } else { "strip three" }))
         (figure(&answer.plot.drawing.inline()))
     }
 }

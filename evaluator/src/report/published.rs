@@ -138,12 +138,13 @@ impl PublishedTable {
     }
 }
 
-/// The passes of a row that carry a name, alone or followed by a number or a detail (`gather`, `gather_0`), with their
-/// time, ms.
+/// The passes of a row that carry a name, alone or numbered (`gather`, `gather_0`), with their time, ms. Another pass is not
+/// the paper's step: `gather_sky` takes the light of a sky, which no paper here gathers apart.
 pub fn passes<'a>(row: &'a Measurement, name: &'a str) -> impl Iterator<Item = (&'a str, f64)> {
     row.pass_ms.iter().filter_map(move |(pass, time)| {
         let rest = pass.strip_prefix(name)?;
-        (!rest.starts_with(char::is_alphabetic)).then_some((pass.as_str(), time.as_f64()?))
+        let is_own = rest.is_empty() || rest.strip_prefix('_')?.bytes().all(|byte| byte.is_ascii_digit());
+        is_own.then_some((pass.as_str(), time.as_f64()?))
     })
 }
 
@@ -170,7 +171,10 @@ mod tests {
 
     #[test]
     fn steps_find_their_passes() {
-        let pass_ms = json!({"pyramid_2": 9.0, "gather_0": 4.0, "gather_1": 1.0, "gathering": 9.0, "upsample": 2.0, "combine_0": 1.0});
+        let pass_ms = json!({
+            "pyramid_2": 9.0, "gather_0": 4.0, "gather_1": 1.0, "gathering": 9.0, "gather_sky": 9.0, "upsample": 2.0,
+            "combine_0": 1.0
+        });
         let row = Measurement { pass_ms: pass_ms.as_object().cloned().unwrap_or_default(), ..Measurement::default() };
         let step = |name| TABLES[0].measured(&row, name);
         assert_eq!((step("gather"), step("combine"), step("composite")), (Some(5.0), Some(3.0), None));

@@ -29,7 +29,8 @@ const SOLER_2009_FIG6: PublishedTable = PublishedTable {
     source: "Soler, Hoel, Rochet, Jay, Holzschuch: Hierarchical Screen Space Indirect Illumination For Video Games, INRIA \
              RR-7162 (2009), Figure 6",
     remarks: "1280×720, r = 20, 3×3 upsampling kernel, no visibility, samples per level. The paper does not count the \
-              making of the mipmaps, so the pyramid passes are left out here too.",
+              making of the mipmaps, so the pyramid passes are left out here too. So are the passes of \
+              a sky's light.",
     divisor: None,
     steps: &[("gather", &["gather"]), ("combine", &["combine", "upsample"]), ("composite", &["composite"])],
     // Configurations: 0 quarter 4 64, 1 quarter 4 256, 2 half 4 256, 3 half 4 64, 4 half 5 64.
@@ -58,7 +59,8 @@ const SOLER_2010_FIG9: PublishedTable = PublishedTable {
              (2010), Figure 9",
     remarks: "Sponza, 1280×720, r = 40, samples per level. The paper's combine step holds its temporal filter too. Its \
               rays test every sample; here several samples share one (`samples_per_ray`). The paper does not count the \
-              making of the mipmaps, so the pyramid passes are left out here too.",
+              making of the mipmaps, so the pyramid passes are left out here too. So are the passes of \
+              a sky's light.",
     divisor: None,
     steps: &[
         ("voxels", &["depth_range", "voxelize_solid", "voxelize_surfaces", "voxels"]),

@@ -45,7 +45,7 @@ struct Args {
 const SWEPT: [(&str, &[&str]); 6] = [
     ("radiance-cache", &["rays", "spacing"]),
     ("hierarchical", &["start_resolution", "samples", "visibility", "bounces"]),
-    ("bitmask", &["resolution", "slices", "steps", "denoise"]),
+    ("bitmask", &["resolution", "slices", "steps"]),
     ("horizon", &["slices", "steps"]),
     ("hybrid", &["start_resolution", "light_samples"]),
     ("rsm", &["start_resolution", "samples"]),

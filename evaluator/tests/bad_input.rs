@@ -95,6 +95,22 @@ fn what_is_right_renders() {
 }
 
 #[test]
+fn a_filter_that_does_nothing_is_noted() {
+    let folder = Folder::new("unfiltered");
+    let plan = |settings: &[&str]| {
+        let common = ["plan", "--scene", "good.toml", "--size", "16x9", "--technique", "bitmask"];
+        let output = folder.run(&[&common, settings].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let note = "ambient visibility is not filtered over frames";
+    says(&plan(&["--set", "finds=occlusion", "--set", "temporal_a=0.9"]), &[note, "raise slices or denoise"]);
+    for settings in [["--set", "finds=occlusion"], ["--set", "temporal_a=0.9"]] {
+        assert!(!plan(&settings).contains(note));
+    }
+}
+
+#[test]
 fn limits_of_browsers() {
     let folder = Folder::new("limits");
     let plan = |more: &[&str]| {

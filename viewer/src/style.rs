@@ -25,11 +25,14 @@ pub fn letter(side: usize) -> RichText {
     RichText::new(SIDE_NAMES[side]).color(SIDE_COLOURS[side]).strong()
 }
 
+/// Ubuntu Light without its hinting: see build.rs.
+const TEXT: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/text.ttf"));
+
 /// One font for everything: its figures have one width, so columns of numbers need no other one.
 fn fonts() -> FontDefinitions {
     let mut fonts = FontDefinitions::empty();
     for (name, bytes) in [
-        ("text", epaint_default_fonts::UBUNTU_LIGHT),
+        ("text", TEXT),
         // Symbols of egui's own controls.
         ("icons", epaint_default_fonts::EGUI_ICONS),
     ] {

@@ -28,6 +28,7 @@ use crate::{
 
 mod advance;
 mod bar;
+mod best;
 mod controls;
 mod inspect;
 mod interface;
@@ -89,6 +90,7 @@ pub struct Viewer {
     reference: ReferenceTracer,
     reference_done: bool,
     trade: Trade,
+    best: best::Best,
     exposure: Option<f32>,
     exposure_of: Option<Subject>,
     exposure_reading: Option<(Subject, TextureReading)>,
@@ -192,6 +194,7 @@ impl Viewer {
             reference: ReferenceTracer::default(),
             reference_done: false,
             trade: Trade::default(),
+            best: best::Best::default(),
             exposure: None,
             exposure_of: None,
             exposure_reading: None,
@@ -286,6 +289,7 @@ impl Viewer {
             marks: self.marks.rectangles(),
             screen: self.screen.into(),
             tried: self.trade.tried.len(),
+            best: self.best.report(),
             first_picture_ms: self.first_picture.map(|time| time.as_secs_f64() * 1e3),
         }
     }

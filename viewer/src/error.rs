@@ -42,6 +42,25 @@ impl Metric {
         }
     }
 
+    /// Its column in tables of the evaluator. There, relMSE is the square of the relative RMSE here.
+    pub fn column(self) -> &'static str {
+        match self {
+            Self::Blocks => "indirect_block_rel_mse",
+            Self::Pixels => "indirect_rel_mse",
+            Self::Absolute => "indirect_rmse",
+        }
+    }
+
+    /// A value of its column from the square of an error.
+    pub fn of_square(self, square: f64) -> f64 {
+        if self == Self::Absolute { square.sqrt() } else { square }
+    }
+
+    /// An error from the value of its column.
+    pub fn of_column(self, value: f64) -> f64 {
+        if self == Self::Absolute { value } else { value.max(0.0).sqrt() }
+    }
+
     /// Its name in words.
     pub fn title(self) -> &'static str {
         match self {
@@ -302,6 +321,16 @@ mod tests {
         let mut other = Errors::default();
         other.update(Some(estimates), [Estimate { square: 0.5, noise: 0.001 }; 3], true);
         assert_eq!(other.get(Metric::Pixels), None);
+    }
+
+    #[test]
+    fn columns_are_those_of_the_evaluator() {
+        for metric in Metric::ALL {
+            assert_eq!(halflight_recommend::metric(metric.column()).map(|found| found.key), Ok(metric.column()));
+            // An error of one half.
+            assert_eq!(metric.of_column(metric.of_square(0.25)), 0.5);
+        }
+        assert_eq!([Metric::Blocks, Metric::Absolute].map(|metric| metric.of_square(0.25)), [0.25, 0.5]);
     }
 
     #[test]

@@ -36,6 +36,7 @@
 pub mod address;
 mod app;
 mod benchmark;
+mod best;
 mod camera;
 mod check;
 pub mod error;

@@ -12,7 +12,7 @@ use halflight_scenes::{Camera, Light};
 use wgpu::util::DeviceExt;
 
 use crate::{
-    error::{Errors, Halves},
+    error::{Errors, Estimate, Halves, Metric},
     show::ReferenceTextures,
     stage::Stage,
     timing::Work,
@@ -228,17 +228,32 @@ impl Reference {
 
     /// Updates the errors of `albedo * indirect` for this incident indirect light.
     pub fn compare(&self, light: &[Rgb], errors: &mut Errors) {
-        let picture: Vec<_> =
-            light.iter().zip(&self.albedo).map(|(l, a)| [l[0] * a[0], l[1] * a[1], l[2] * a[2]]).collect();
-        if picture.len() != self.mask.len() {
-            return;
-        }
+        let Some(picture) = self.reflected(light) else { return };
         let of = |halves: &Halves| halves.errors(&picture, self.width, &self.mask);
         match self.halves.as_slice() {
             [.., before, latest] => errors.update(Some(of(before)), of(latest), self.lit),
             [latest] => errors.update(None, of(latest), self.lit),
             [] => {}
         }
+    }
+
+    /// Whether any pixel shows a surface.
+    pub fn has_surfaces(&self) -> bool {
+        self.mask.contains(&true)
+    }
+
+    /// The estimate of the error of this incident indirect light, however large the noise of the reference is; `None` before
+    /// the second reading.
+    pub fn estimate(&self, light: &[Rgb], metric: Metric) -> Option<Estimate> {
+        let index = Metric::ALL.iter().position(|&other| other == metric)?;
+        let picture = self.reflected(light)?;
+        Some(self.halves.last()?.errors(&picture, self.width, &self.mask)[index])
+    }
+
+    /// `albedo * indirect` of incident indirect light of the same size.
+    fn reflected(&self, light: &[Rgb]) -> Option<Vec<Rgb>> {
+        let times = |(l, a): (&Rgb, &Rgb)| [l[0] * a[0], l[1] * a[1], l[2] * a[2]];
+        (light.len() == self.mask.len()).then(|| light.iter().zip(&self.albedo).map(times).collect())
     }
 
     /// `albedo * indirect` of a pixel, and its albedo; `None` outside of the picture or in the sky.

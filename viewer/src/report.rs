@@ -63,6 +63,21 @@ impl CheckReport {
     }
 }
 
+/// The search for the best settings within a time.
+#[derive(Serialize)]
+pub struct BestReport {
+    /// Whether it runs.
+    pub running: bool,
+    /// Configurations that it has measured.
+    pub cells: usize,
+    /// Whether it has found something better than no indirect light.
+    pub so_far: bool,
+    /// What the last one found, as it is shown.
+    pub sentence: Option<String>,
+    /// Whether that is an answer, not a reason why there is none.
+    pub answered: bool,
+}
+
 /// The application.
 #[derive(Serialize)]
 pub struct Report {
@@ -94,6 +109,8 @@ pub struct Report {
     pub screen: [f32; 2],
     /// Number of configurations measured on the current picture.
     pub tried: usize,
+    /// The search for the best settings.
+    pub best: BestReport,
     /// Milliseconds from the start of the application to the first picture.
     pub first_picture_ms: Option<f64>,
 }

@@ -445,6 +445,11 @@ impl Side {
         self.graph.causes().into_iter().map(|cause| cause.map(text)).collect()
     }
 
+    /// Ends a round of repetitions without its result. Another one starts later.
+    pub fn interrupt(&mut self) {
+        self.round = None;
+    }
+
     /// Whether a round of repetitions runs.
     pub fn is_measuring(&self) -> bool {
         self.round.is_some()

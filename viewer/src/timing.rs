@@ -143,6 +143,29 @@ impl Times {
         (sum.is_finite() && !self.passes.is_empty()).then_some(sum)
     }
 
+    /// Time of the technique in each round, milliseconds. Passes that run once do not count.
+    pub fn of_technique(&self) -> Vec<f64> {
+        let alone = self.counted().filter(|(_, part, _)| !self.are_together(*part)).map(|(_, _, kept)| kept);
+        let all: Vec<_> = alone.chain(&self.together).collect();
+        let rounds = all.iter().map(|kept| kept.len()).min().unwrap_or(0);
+        (0..rounds).map(|round| all.iter().map(|kept| kept[kept.len() - rounds + round]).sum()).collect()
+    }
+
+    /// Name and running median of each pass of the technique, milliseconds. Passes that are measured together have equal
+    /// shares.
+    pub fn of_technique_passes(&self) -> Vec<(String, f64)> {
+        let count = self.counted().count() as f64;
+        let share = self.together.as_ref().map(|together| median(together) / count);
+        self.counted().map(|(name, _, kept)| (name.clone(), share.unwrap_or_else(|| median(kept)))).collect()
+    }
+
+    /// The passes of the technique that run more than once.
+    fn counted(&self) -> impl Iterator<Item = &(String, Part, VecDeque<f64>)> {
+        let counts =
+            |(pass, when): &(&(String, Part, VecDeque<f64>), &When)| pass.1 == Part::Technique && **when != When::Once;
+        self.passes.iter().zip(&self.when).filter(counts).map(|(pass, _)| pass)
+    }
+
     /// Whether a pass is measured by itself.
     fn is_alone(&self, part: Part) -> bool {
         !self.are_together(part) && (self.of_scene || part == Part::Technique)
@@ -360,6 +383,29 @@ mod tests {
         times.together = Some([7.0].into());
         assert_eq!((times.technique(), times.rounds(), times.changed_frame()), (Some(7.0), 1, 12.0));
         assert_eq!(times.of_part(Part::Direct), 5.0);
+    }
+
+    #[test]
+    fn rounds_of_a_technique_are_sums_over_its_passes() {
+        let pass = |name: &str, part, kept: &[f64]| (name.to_owned(), part, kept.iter().copied().collect());
+        let often = When::EveryFrame(Dependency::Frame);
+        let mut times = Times {
+            passes: vec![
+                pass("direct", Part::Direct, &[9.0, 9.0]),
+                pass("once", Part::Technique, &[70.0]),
+                pass("gather", Part::Technique, &[1.0, 2.0, 4.0]),
+                // One measurement less: the latest ones belong together.
+                pass("filter", Part::Technique, &[0.5, 0.25]),
+            ],
+            when: vec![often.clone(), When::Once, often.clone(), often],
+            together: None,
+            of_scene: false,
+        };
+        assert_eq!(times.of_technique(), [2.5, 4.25]);
+        assert_eq!(times.of_technique_passes(), [("gather".to_owned(), 2.0), ("filter".to_owned(), 0.375)]);
+        times.together = Some([6.0, 8.0, 7.0].into());
+        assert_eq!(times.of_technique(), [6.0, 8.0, 7.0]);
+        assert_eq!(times.of_technique_passes(), [("gather".to_owned(), 3.5), ("filter".to_owned(), 3.5)]);
     }
 
     #[test]

@@ -106,6 +106,12 @@ pub fn go_to(address: &str) {
     with(|viewer| viewer.go_to(address));
 }
 
+/// Searches the best settings for this time of the technique, milliseconds, as the button does.
+#[wasm_bindgen]
+pub fn best_for(milliseconds: f64) {
+    with(|viewer| viewer.best_for(milliseconds));
+}
+
 /// Adds a file to those that [`open_files`] opens.
 #[wasm_bindgen]
 pub fn add_file(name: String, bytes: Vec<u8>) {

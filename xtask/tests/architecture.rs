@@ -27,7 +27,19 @@ const CRATES: &[(&str, &[&str])] = &[
     ("techniques", &["scenes", "shared-shaders", "frame-graph", "renderer"]),
     ("recommend", &["metrics", "scenes", "frame-graph", "renderer", "techniques"]),
     // The compiler only behind the feature `hot-reload`.
-    ("viewer", &["metrics", "scenes", "shader-compiler", "shared-shaders", "frame-graph", "renderer", "techniques"]),
+    (
+        "viewer",
+        &[
+            "metrics",
+            "scenes",
+            "shader-compiler",
+            "shared-shaders",
+            "frame-graph",
+            "renderer",
+            "techniques",
+            "recommend",
+        ],
+    ),
     // The viewer only behind the feature `window`.
     ("native", &["output", "metrics", "scenes", "frame-graph", "renderer", "viewer"]),
     (

@@ -6,6 +6,7 @@ use web_time::{Duration, Instant};
 
 use super::{REST, Viewer};
 use crate::{
+    best::Step,
     error::Metric,
     messages::Severity,
     plot::{Trade, Tried},
@@ -19,6 +20,8 @@ use crate::{
 
 /// Time between two passes of the interface while a software adapter traces: about that of its batches.
 const SOFTWARE_PAUSE: Duration = Duration::from_millis(300);
+/// The same while it measures configurations: a step often waits for less.
+const SOFTWARE_STEP: Duration = Duration::from_millis(30);
 /// Depth that is shown as middle grey, as a fraction of the diagonal of what is looked at.
 const DEPTH_RANGE: f32 = 0.25;
 
@@ -70,7 +73,16 @@ impl Viewer {
             busy = true;
         }
         let resting = self.playing.is_none() && self.changed.elapsed() > REST;
-        if !busy && !measuring && self.state.reference && resting && !self.reference_done {
+        let searching = self.best.is_running();
+        if busy || measuring {
+            self.best.interrupt();
+        } else if searching && resting {
+            match self.step_best(ctx, &stage, &subject) {
+                Some(Step::Measuring) => measuring = true,
+                _ => ctx.request_repaint_after(if self.software { SOFTWARE_STEP } else { Duration::ZERO }),
+            }
+        }
+        if !busy && !measuring && !searching && self.state.reference && resting && !self.reference_done {
             match self.reference.step(&self.gpu, &stage, &subject) {
                 Ok(more) => self.reference_done = !more,
                 Err(error) => {
@@ -94,7 +106,7 @@ impl Viewer {
         self.ready = ready;
         if busy || self.playing.is_some() {
             ctx.request_repaint();
-        } else if self.state.reference && !self.reference_done && !measuring {
+        } else if self.state.reference && !self.reference_done && !measuring && !searching {
             // A software adapter paints the interface slowly, so it spends most of its time on tracing.
             let wait = if self.software { SOFTWARE_PAUSE } else { Duration::ZERO };
             ctx.request_repaint_after(wait);

@@ -60,6 +60,7 @@ impl Viewer {
                 self.reference = ReferenceTracer::default();
                 self.reference_done = false;
                 self.trade = Trade::default();
+                self.best.stop();
                 self.messages.add(Severity::Note, format!("{replaced} shaders were reloaded"));
             }
         }
@@ -176,6 +177,7 @@ impl Viewer {
         self.reference = ReferenceTracer::default();
         self.reference_done = false;
         self.trade = Trade::default();
+        self.best.forget();
         (self.exposure, self.exposure_of, self.exposure_reading) = (None, None, None);
         (self.stage, self.playing) = (None, None);
         self.stage = Some(Stage::new(&self.gpu, scene, self.software));

@@ -59,6 +59,7 @@ impl Viewer {
             ui.spacing_mut().item_spacing.y = 2.0;
             ui.label(RichText::new(self.reference_state()).weak().size(12.0));
         });
+        self.best_question(ui);
         self.plot(ui);
     }
 

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 #![allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 
+mod best;
 mod chromium;
 mod controls;
 mod errors;

@@ -31,6 +31,9 @@ const PAGE: [&str; 9] = [
 /// The line of index.html with the link to the sources.
 const SOURCE: &str = "<a id=\"source\" href=\"{source}\">Source and docs</a>";
 
+/// The line of index.html with the link to a report.
+const REPORT: &str = "<a id=\"report\" href=\"{report}\">Report</a>";
+
 /// Files that wasm-bindgen writes.
 const BOUND: [&str; 2] = ["halflight_web.js", "halflight_web_bg.wasm"];
 
@@ -53,13 +56,13 @@ pub fn claim(dist: &Path) -> Result<(), FolderError> {
 }
 
 /// Builds the demo into a folder; files of the same names are replaced. The page links to `source`, the address of the
-/// sources and documentation, or to that of Cargo.toml (`repository`). Without an address there is no link.
+/// sources and documentation, or to that of Cargo.toml (`repository`), and to `report`, a folder beside it. Without an address
+/// there is no link.
 ///
 /// # Errors
 /// One sentence: what failed, and the fix.
-pub fn build(dist: &Path, source: Option<&str>) -> Result<Size, String> {
-    let source = source.unwrap_or(env!("CARGO_PKG_REPOSITORY"));
-    let link = link(source)?;
+pub fn build(dist: &Path, source: Option<&str>, report: Option<&str>) -> Result<Size, String> {
+    let links = [link(source.unwrap_or(env!("CARGO_PKG_REPOSITORY")))?, report_link(report)?];
     let wasm = compile()?;
     let failed = |what: &str, error: &dyn std::fmt::Display| format!("{what} {}: {error}", dist.display());
     fs::create_dir_all(dist).map_err(|e| failed("cannot make the folder", &e))?;
@@ -70,7 +73,8 @@ pub fn build(dist: &Path, source: Option<&str>) -> Result<Size, String> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../page");
     for name in PAGE {
         let copied = if name == "index.html" {
-            let text = fs::read_to_string(page.join(name)).map(|text| text.replace(SOURCE, &link));
+            let text = fs::read_to_string(page.join(name))
+                .map(|text| text.replace(SOURCE, &links[0]).replace(REPORT, &links[1]));
             text.and_then(|text| fs::write(dist.join(name), text))
         } else {
             fs::copy(page.join(name), dist.join(name)).map(drop)
@@ -87,6 +91,20 @@ fn link(source: &str) -> Result<String, String> {
         "" => Ok(String::new()),
         _ if is_address && !source.contains(['"', '<', '>', '&', ' ']) => Ok(SOURCE.replace("{source}", source)),
         _ => Err(format!("{source} is no address of the sources: give one that starts with https://")),
+    }
+}
+
+/// The link to a report as HTML; empty without one.
+fn report_link(report: Option<&str>) -> Result<String, String> {
+    let letters = |c: char| c.is_ascii_alphanumeric() || ['-', '_', '/', '.'].contains(&c);
+    match report {
+        None => Ok(String::new()),
+        Some(path) if path.starts_with(|c: char| c.is_ascii_alphanumeric()) && path.chars().all(letters) => {
+            Ok(REPORT.replace("{report}", path))
+        }
+        Some(path) => {
+            Err(format!("{path} is no folder beside the page: give a relative path of plain letters, as report/"))
+        }
     }
 }
 
@@ -199,6 +217,25 @@ mod tests {
         assert!(link("https://example.org/a").is_ok_and(|link| link.contains("href=\"https://example.org/a\"")));
         for wrong in ["example.org", "javascript:alert(1)", "https://example.org/\"onclick"] {
             assert!(link(wrong).is_err_and(|error| error.contains("https://")), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_page_links_to_a_report_beside_it() {
+        assert!(include_str!("../../page/index.html").contains(REPORT));
+        assert_eq!(report_link(None), Ok(String::new()));
+        assert_eq!(report_link(Some("report/")), Ok("<a id=\"report\" href=\"report/\">Report</a>".into()));
+        for wrong in ["/report", "https://example.org", "a\"b", ""] {
+            assert!(report_link(Some(wrong)).is_err_and(|error| error.contains("relative path")), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_page_opens_under_any_path() {
+        for text in [include_str!("../../page/index.html"), include_str!("../../page/page.css")] {
+            for from_root in ["href=\"/", "src=\"/", "url(/", "url(\"/"] {
+                assert!(!text.contains(from_root), "{from_root}");
+            }
         }
     }
 

@@ -12,11 +12,12 @@ use halflight_output::{PrintError, terminal};
 const HELP: &str = "\
 Builds the browser demo.
 
-Usage: cargo xtask web [--dist DIR] [--port PORT] [--source URL]
+Usage: cargo xtask web [--dist DIR] [--port PORT] [--source URL] [--report PATH]
 
   --dist DIR   Write a folder that any web host can serve under any path, and stop.
   --port PORT  Port of 127.0.0.1 on which to serve. [default: 8080]
   --source URL Address of the sources and documentation, to which the page links.
+  --report PATH Folder of a report beside the page, to which it links, for example report/.
 ";
 
 fn main() -> ExitCode {
@@ -38,7 +39,7 @@ fn unprinted(error: PrintError) -> (u8, String) {
 }
 
 fn run(arguments: &[String]) -> Result<(), (u8, String)> {
-    let (mut dist, mut port, mut source) = (None, 8080, None);
+    let (mut dist, mut port, mut source, mut report) = (None, 8080, None, None);
     let mut rest = arguments.iter();
     while let Some(argument) = rest.next() {
         let mut value = || rest.next().ok_or_else(|| (2, format!("{argument} needs a value: see --help")));
@@ -52,10 +53,13 @@ fn run(arguments: &[String]) -> Result<(), (u8, String)> {
                 port = text.parse().map_err(|_| (2, format!("--port {text} is no port: give 1 to 65535")))?;
             }
             "--source" => source = Some(value()?.clone()),
+            "--report" => report = Some(value()?.clone()),
             other => {
                 return Err((
                     2,
-                    format!("web takes no {other}: give --dist DIR, --port PORT, --source URL or nothing"),
+                    format!(
+                        "web takes no {other}: give --dist DIR, --port PORT, --source URL, --report PATH or nothing"
+                    ),
                 ));
             }
         }
@@ -64,7 +68,8 @@ fn run(arguments: &[String]) -> Result<(), (u8, String)> {
     if dist.is_some() {
         halflight_bundle::claim(&folder).map_err(|error| (2, error.to_string()))?;
     }
-    let size = halflight_bundle::build(&folder, source.as_deref()).map_err(|sentence| (1, sentence))?;
+    let size =
+        halflight_bundle::build(&folder, source.as_deref(), report.as_deref()).map_err(|sentence| (1, sentence))?;
     let megabytes = |bytes: u64| bytes as f64 / 1e6;
     let (raw, gzip) = (megabytes(size.raw), megabytes(size.gzip));
     terminal::print_line(format_args!("{}: {raw:.2} MB, {gzip:.2} MB compressed (gzip)", folder.display()))

@@ -40,7 +40,7 @@ fn demo() -> String {
     static DEMO: OnceLock<SocketAddr> = OnceLock::new();
     let address = DEMO.get_or_init(|| {
         let dist = target().join("dist");
-        let size = halflight_bundle::build(&dist, None).unwrap();
+        let size = halflight_bundle::build(&dist, None, None).unwrap();
         println!("bundle: {:.2} MB, {:.2} MB compressed", size.raw as f64 / 1e6, size.gzip as f64 / 1e6);
         // With brotli, as most hosts send it, about two thirds of this: 2 MB.
         assert!(size.gzip < 3_200_000, "the compressed bundle has {} bytes", size.gzip);

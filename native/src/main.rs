@@ -10,6 +10,7 @@ use eframe::egui::{self, ViewportBuilder, ViewportCommand};
 use halflight_native::files::write_new;
 use halflight_output::{PrintError, terminal};
 use halflight_viewer::{Host, Viewer, configuration};
+use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
 const HELP: &str = "\
 The Halflight viewer in a desktop window.
@@ -47,9 +48,24 @@ impl Host for Window {
         }
     }
 
+    fn save_picture(&mut self, name: &str, width: u32, pixels: &[u8]) -> String {
+        match png(width, pixels) {
+            Ok(file) => self.save(name, &file),
+            Err(error) => format!("{name} was not saved: {error}"),
+        }
+    }
+
     fn reads_disk(&self) -> bool {
         true
     }
+}
+
+/// A PNG file of these pixels.
+fn png(width: u32, pixels: &[u8]) -> Result<Vec<u8>, image::ImageError> {
+    let mut file = Vec::new();
+    let height = (pixels.len() / 4) as u32 / width.max(1);
+    PngEncoder::new(&mut file).write_image(pixels, width, height, ExtendedColorType::Rgba8)?;
+    Ok(file)
 }
 
 fn main() -> ExitCode {

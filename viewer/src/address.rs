@@ -13,11 +13,14 @@ use percent_encoding::percent_decode_str;
 
 use crate::{
     error::Metric,
-    state::{Configuration, DROPPED, LightChange, State, View},
+    state::{BOOKMARKS, Configuration, DROPPED, LightChange, State, View},
 };
 
 /// Names of the sides in keys.
 const SIDES: [&str; 2] = ["a", "b"];
+
+/// Vertical fields of view of a camera, degrees.
+const FIELDS_OF_VIEW: std::ops::RangeInclusive<f32> = 1.0..=170.0;
 
 /// Longest side of a picture, pixels: the texture size that WebGPU guarantees.
 const LARGEST: u32 = 8192;
@@ -35,6 +38,10 @@ pub fn write(state: &State) -> String {
         add("target", numbers(&target));
         add("up", numbers(&up));
         add("fov", vertical_fov_degrees.to_string());
+    }
+    for (key, camera) in &state.bookmarks {
+        let Camera { eye, target, up, vertical_fov_degrees } = camera;
+        add(&format!("bookmark.{key}"), numbers(&[&eye[..], target, up, &[*vertical_fov_degrees]].concat()));
     }
     for (index, LightChange { position, direction, strength }) in &state.lights {
         add(&format!("light.{index}"), numbers(&[&position[..], &direction[..], &[*strength]].concat()));
@@ -131,7 +138,7 @@ fn set(state: &mut State, key: &str, value: &str) -> Result<(), String> {
         "target" => state.camera = Some(Camera { target: three(value)?, ..camera(state) }),
         "up" => state.camera = Some(Camera { up: three(value)?, ..camera(state) }),
         "fov" => {
-            let vertical_fov_degrees = number(value, 1.0, 170.0)?;
+            let vertical_fov_degrees = number(value, *FIELDS_OF_VIEW.start(), *FIELDS_OF_VIEW.end())?;
             state.camera = Some(Camera { vertical_fov_degrees, ..camera(state) });
         }
         "view" => state.view = View::of(value),
@@ -151,6 +158,19 @@ fn set(state: &mut State, key: &str, value: &str) -> Result<(), String> {
         _ => match key.split_once('.') {
             Some(("a", name)) => drop(state.sides[0].settings.insert(name.to_owned(), Value::parse(value))),
             Some(("b", name)) => drop(state.sides[1].settings.insert(name.to_owned(), Value::parse(value))),
+            Some(("bookmark", key)) => {
+                let key = key
+                    .parse()
+                    .ok()
+                    .filter(|key| BOOKMARKS.contains(key))
+                    .ok_or_else(|| wrong("bookmark.4 to bookmark.9"))?;
+                let [ex, ey, ez, tx, ty, tz, ux, uy, uz, vertical_fov_degrees] = list(value)?;
+                if !FIELDS_OF_VIEW.contains(&vertical_fov_degrees) {
+                    return Err(wrong("a field of view from 1 to 170 as the last number"));
+                }
+                let (eye, target, up) = ([ex, ey, ez], [tx, ty, tz], [ux, uy, uz]);
+                state.bookmarks.insert(key, Camera { eye, target, up, vertical_fov_degrees });
+            }
             Some(("light", index)) => {
                 let index = index.parse().map_err(|_| wrong("light.0, light.1 and so on"))?;
                 let [px, py, pz, dx, dy, dz, strength] = list(value)?;
@@ -267,6 +287,7 @@ mod tests {
                 scene: "atrium".into(),
                 size: [1281, 7],
                 camera: Some(camera),
+                bookmarks: [(4, camera), (9, Camera::default())].into(),
                 lights: vec![(0, change), (3, change)],
                 view: View::of(view),
                 exposure: Some(-1.5),
@@ -295,9 +316,12 @@ mod tests {
             ("a.hierarchical.samples=0", "out of range"),
             ("a.hierarchical.sampels=4", "has no parameter"),
             ("light.0=1,2", "give 7 numbers"),
+            ("bookmark.3=0,0,0,0,0,0,0,0,0,50", "bookmark.4 to bookmark.9"),
+            ("bookmark.4=0,0,0", "give 10 numbers"),
+            ("bookmark.4=0,0,0,0,0,1,0,1,0,500", "a field of view from 1 to 170"),
             ("truth=maybe", "on or off"),
             ("compare=yes", "on or off"),
-            ("metric=ssim", "give blocks, pixels, rmse"),
+            ("metric=ssim", "give blocks, pixels, rmse, flip"),
             ("nonsense", "no such key"),
             ("%", "no such key"),
         ] {

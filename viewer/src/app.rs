@@ -19,6 +19,7 @@ use crate::{
     readback::TextureReading,
     reference::{ReferenceTracer, Subject},
     report::{CheckReport, PassReport, Report, SideReport},
+    seen::Comparison,
     side::Side,
     stage::Stage,
     state::{State, View},
@@ -34,6 +35,7 @@ mod inspect;
 mod interface;
 mod receive;
 mod result;
+mod save;
 
 /// Time without changes after which the path tracer starts.
 const REST: Duration = Duration::from_millis(500);
@@ -89,6 +91,8 @@ pub struct Viewer {
     side_errors: [Option<String>; 2],
     reference: ReferenceTracer,
     reference_done: bool,
+    /// FLIP between the last two readings of the reference.
+    reference_noise: Comparison,
     trade: Trade,
     best: best::Best,
     exposure: Option<f32>,
@@ -103,6 +107,8 @@ pub struct Viewer {
     marks: Marks,
     started: Instant,
     first_picture: Option<Duration>,
+    /// Time that reading the scene and preparing it for the device took, milliseconds.
+    scene_ms: [f64; 2],
     benchmark: bool,
     ready: bool,
     settled: bool,
@@ -125,6 +131,10 @@ pub struct Viewer {
     /// A position in the picture whose depth is read, and the camera at that time.
     focusing: Option<([f32; 2], Camera, TextureReading)>,
     hints: Hints,
+    /// Whether the controls are shown; `None` where the page's size decides.
+    controls_shown: Option<bool>,
+    /// A picture that is read back to be saved.
+    saving: Option<save::Saving>,
     /// When the link was copied.
     copied: Option<Instant>,
     /// Changes of shader files.
@@ -193,6 +203,7 @@ impl Viewer {
             side_errors: [None, None],
             reference: ReferenceTracer::default(),
             reference_done: false,
+            reference_noise: Comparison::default(),
             trade: Trade::default(),
             best: best::Best::default(),
             exposure: None,
@@ -207,6 +218,7 @@ impl Viewer {
             marks: Marks::default(),
             started: Instant::now(),
             first_picture: None,
+            scene_ms: [0.0; 2],
             benchmark,
             ready: false,
             settled: false,
@@ -223,6 +235,8 @@ impl Viewer {
             focusing: None,
             // A link shows something particular.
             hints: Hints { off: !link.is_empty(), ..Hints::default() },
+            controls_shown: None,
+            saving: None,
             copied: None,
             #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
             shader_changes: crate::hot_reload::watch(context.egui_ctx.clone()),
@@ -264,6 +278,7 @@ impl Viewer {
                 })
                 .collect(),
             technique_ms: side.times.technique(),
+            made_in: side.made_in,
             rounds: side.times.rounds(),
             method: side.method.note().to_owned(),
             errors: Metric::ALL
@@ -290,6 +305,7 @@ impl Viewer {
             screen: self.screen.into(),
             tried: self.trade.tried.len(),
             best: self.best.report(),
+            scene_ms: self.scene_ms,
             first_picture_ms: self.first_picture.map(|time| time.as_secs_f64() * 1e3),
         }
     }

@@ -27,11 +27,20 @@ pub enum Metric {
     Pixels,
     /// RMSE over pixels.
     Absolute,
+    /// FLIP of the picture.
+    Flip,
 }
 
 impl Metric {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Blocks, Self::Pixels, Self::Absolute];
+    pub const ALL: [Self; 4] = [Self::Blocks, Self::Pixels, Self::Absolute, Self::Flip];
+    /// Those of `albedo * indirect`, in linear radiance.
+    const LINEAR: [Self; 3] = [Self::Blocks, Self::Pixels, Self::Absolute];
+
+    /// Its position among the estimates of `albedo * indirect`.
+    pub fn linear_index(self) -> Option<usize> {
+        Self::LINEAR.iter().position(|&other| other == self)
+    }
 
     /// Its name in links.
     pub fn name(self) -> &'static str {
@@ -39,6 +48,7 @@ impl Metric {
             Self::Blocks => "blocks",
             Self::Pixels => "pixels",
             Self::Absolute => "rmse",
+            Self::Flip => "flip",
         }
     }
 
@@ -48,17 +58,18 @@ impl Metric {
             Self::Blocks => "indirect_block_rel_mse",
             Self::Pixels => "indirect_rel_mse",
             Self::Absolute => "indirect_rmse",
+            Self::Flip => "final_flip",
         }
     }
 
     /// A value of its column from the square of an error.
     pub fn of_square(self, square: f64) -> f64 {
-        if self == Self::Absolute { square.sqrt() } else { square }
+        if matches!(self, Self::Absolute | Self::Flip) { square.sqrt() } else { square }
     }
 
     /// An error from the value of its column.
     pub fn of_column(self, value: f64) -> f64 {
-        if self == Self::Absolute { value } else { value.max(0.0).sqrt() }
+        if matches!(self, Self::Absolute | Self::Flip) { value } else { value.max(0.0).sqrt() }
     }
 
     /// Its name in words.
@@ -67,6 +78,7 @@ impl Metric {
             Self::Blocks => "relative RMSE, 4x4 blocks",
             Self::Pixels => "relative RMSE, pixels",
             Self::Absolute => "RMSE, radiance",
+            Self::Flip => "FLIP of the picture",
         }
     }
 
@@ -82,6 +94,11 @@ impl Metric {
                  where m is the mean of the reference t."
             }
             Self::Absolute => "The root mean square of x - t, over pixels of albedo * indirect, in units of radiance.",
+            Self::Flip => {
+                "The mean difference that is seen when the picture and its reference are flipped in place, at this exposure, at \
+                 67 pixels per degree: 0 for equal pictures, at most 1 (Andersson et al. 2020). Sharp noise counts much, \
+                 and direct light counts, too."
+            }
         }
     }
 
@@ -93,6 +110,7 @@ impl Metric {
             }
             Self::Absolute if value == 0.0 => "0".to_owned(),
             Self::Absolute => format!("{value:.2e}"),
+            Self::Flip => format!("{value:.3}"),
             _ if value < 0.1 => format!("{:.1} %", 100.0 * value),
             _ => format!("{:.0} %", 100.0 * value),
         }
@@ -122,10 +140,12 @@ impl Estimate {
     /// Whether the error is known, given the estimate of the reading before.
     fn is_known(&self, before: &Self, metric: Metric) -> bool {
         let quiet = metric == Metric::Absolute || self.noise <= MOST_NOISE;
+        // From FLIP, no noise can be subtracted.
+        let most = if metric == Metric::Flip { SMALL_NOISE } else { MOST_NOISE_OF_ERROR };
         let ratio = self.value() / before.value();
         // A picture that equals its reference has no error at all.
         let agree = (1.0 / AGREEMENT..=AGREEMENT).contains(&ratio) || (self.square == 0.0 && before.square == 0.0);
-        quiet && self.noise <= MOST_NOISE_OF_ERROR * self.square && agree
+        quiet && self.noise <= most * self.square && agree
     }
 }
 
@@ -147,7 +167,7 @@ impl Halves {
         Some(Self { images: [first.to_vec(), second], samples: [first_samples, rest] })
     }
 
-    /// The errors of a picture, in the order of [`Metric::ALL`]. `mask`: pixels that show a surface.
+    /// The errors of a picture, of `albedo * indirect`: by blocks, by pixels, and absolute. `mask`: pixels that show a surface.
     pub fn errors(&self, picture: &[Rgb], width: u32, mask: &[bool]) -> [Estimate; 3] {
         let samples = self.samples.map(f64::from);
         let whole = samples[0] + samples[1];
@@ -203,6 +223,8 @@ impl Halves {
 pub struct Errors {
     latest: Option<[Estimate; 3]>,
     known: [bool; 3],
+    seen: Option<Estimate>,
+    is_seen_known: bool,
 }
 
 impl Errors {
@@ -210,7 +232,7 @@ impl Errors {
     /// enough light.
     pub fn update(&mut self, before: Option<[Estimate; 3]>, latest: [Estimate; 3], lit: bool) {
         if let Some(before) = before {
-            for (index, metric) in Metric::ALL.into_iter().enumerate() {
+            for (index, metric) in Metric::LINEAR.into_iter().enumerate() {
                 // An error that was known stays so: it only becomes more accurate.
                 self.known[index] |= lit && latest[index].is_known(&before[index], metric);
             }
@@ -218,9 +240,21 @@ impl Errors {
         self.latest = Some(latest);
     }
 
+    /// Takes FLIP against the latest reading of the reference, and the FLIP between this reading and the one before, as the
+    /// noise. `lit`: whether the reference has found enough light.
+    pub fn update_seen(&mut self, flip: f64, noise: f64, lit: bool) {
+        let latest = Estimate { square: flip * flip, noise: noise * noise };
+        if let Some(before) = self.seen.replace(latest) {
+            self.is_seen_known |= lit && latest.is_known(&before, Metric::Flip);
+        }
+    }
+
     /// The error by a metric, once it is known.
     pub fn get(&self, metric: Metric) -> Option<Estimate> {
-        let index = Metric::ALL.iter().position(|&other| other == metric)?;
+        if metric == Metric::Flip {
+            return self.seen.filter(|_| self.is_seen_known);
+        }
+        let index = metric.linear_index()?;
         self.latest.map(|all| all[index]).filter(|_| self.known[index])
     }
 }
@@ -293,7 +327,7 @@ mod tests {
                     errors.update(before.replace(latest), latest, true);
                 }
                 (mean, samples) = (next, samples + more);
-                for (index, metric) in Metric::ALL.into_iter().enumerate() {
+                for (index, metric) in Metric::LINEAR.into_iter().enumerate() {
                     if let Some(error) = errors.get(metric) {
                         let ratio = error.value() / wanted[index];
                         let what = format!("{metric:?} of {factor}, chance {chance}, {samples} samples");
@@ -325,12 +359,31 @@ mod tests {
 
     #[test]
     fn columns_are_those_of_the_evaluator() {
-        for metric in Metric::ALL {
+        for metric in Metric::LINEAR {
             assert_eq!(halflight_recommend::metric(metric.column()).map(|found| found.key), Ok(metric.column()));
             // An error of one half.
             assert_eq!(metric.of_column(metric.of_square(0.25)), 0.5);
         }
         assert_eq!([Metric::Blocks, Metric::Absolute].map(|metric| metric.of_square(0.25)), [0.25, 0.5]);
+    }
+
+    #[test]
+    fn flip_is_shown_once_the_reference_looks_quiet() {
+        let mut errors = Errors::default();
+        // The reference itself flickers by half of the error.
+        errors.update_seen(0.1, 0.05, true);
+        errors.update_seen(0.1, 0.05, true);
+        assert_eq!(errors.get(Metric::Flip), None);
+        errors.update_seen(0.1, 0.02, false);
+        assert_eq!(errors.get(Metric::Flip), None, "too little light was found");
+        errors.update_seen(0.13, 0.02, true);
+        assert_eq!(errors.get(Metric::Flip), None, "two readings differ");
+        errors.update_seen(0.128, 0.02, true);
+        assert!(
+            errors.get(Metric::Flip).is_some_and(|error| (error.value() - 0.128).abs() < 1e-12 && error.is_clean())
+        );
+        assert_eq!(errors.get(Metric::Blocks), None);
+        assert_eq!(Metric::Flip.text(0.128), "0.128");
     }
 
     #[test]

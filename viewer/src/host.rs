@@ -13,6 +13,13 @@ pub trait Host {
     fn link(&self, state: &str) -> String;
     /// Saves a file for the user. Returns a sentence that says where the file is, or why it could not be saved.
     fn save(&mut self, name: &str, contents: &[u8]) -> String;
+    /// Saves a picture as a PNG file: four bytes of sRGB and alpha for each pixel, rows from top to bottom, `width` pixels
+    /// wide. Returns a sentence as [`Host::save`] does.
+    fn save_picture(&mut self, name: &str, width: u32, pixels: &[u8]) -> String;
+    /// Shows the application on the full screen, or ends that. False if the window does it.
+    fn toggle_fullscreen(&mut self) -> bool {
+        false
+    }
     /// What the host knows about the adapter. Used if wgpu reports no name.
     fn adapter(&self) -> Option<String> {
         None

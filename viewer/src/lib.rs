@@ -18,6 +18,9 @@
 //!     fn save(&mut self, name: &str, _contents: &[u8]) -> String {
 //!         format!("{name} was not saved")
 //!     }
+//!     fn save_picture(&mut self, name: &str, _width: u32, _pixels: &[u8]) -> String {
+//!         format!("{name} was not saved")
+//!     }
 //! }
 //!
 //! let wgpu_options = halflight_viewer::configuration();
@@ -41,6 +44,7 @@ mod camera;
 mod check;
 pub mod error;
 mod export;
+mod flip;
 mod hints;
 mod host;
 #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
@@ -56,6 +60,7 @@ mod readback;
 mod reference;
 mod report;
 pub mod scenes;
+mod seen;
 mod show;
 mod side;
 mod stage;

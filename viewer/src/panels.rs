@@ -1,6 +1,6 @@
 //! Controls of parameters (from their declarations), presets, lights and camera.
 
-use eframe::egui::{CollapsingHeader, ComboBox, DragValue, RichText, Slider, TextEdit, Ui, vec2};
+use eframe::egui::{Button, CollapsingHeader, ComboBox, DragValue, RichText, Slider, TextEdit, Ui, vec2};
 use halflight_renderer::parameters::{Kind, Parameter, Role, Value};
 use halflight_scenes::{Camera, Light};
 use halflight_techniques::{TECHNIQUES, parameters_of, preset::Preset};
@@ -8,7 +8,7 @@ use halflight_techniques::{TECHNIQUES, parameters_of, preset::Preset};
 use crate::{
     export::presets_of,
     marks::Marks,
-    state::{Configuration, LightChange, State},
+    state::{BOOKMARKS, Configuration, LightChange, State},
     words,
 };
 
@@ -250,6 +250,7 @@ pub fn camera(ui: &mut Ui, state: &mut State, own: &Camera, diagonal: f32) {
     if camera != state.camera.unwrap_or(*own) {
         state.camera = Some(camera);
     }
+    bookmarks(ui, state, camera);
     if state.camera.is_some() && ui.button("Reset to the scene's camera").clicked() {
         state.camera = None;
     }
@@ -260,6 +261,31 @@ pub fn camera(ui: &mut Ui, state: &mut State, own: &Camera, diagonal: f32) {
         )
         .weak(),
     );
+}
+
+/// Buttons that keep the camera and go back to kept ones.
+fn bookmarks(ui: &mut Ui, state: &mut State, camera: Camera) {
+    ui.horizontal_wrapped(|ui| {
+        ui.label("bookmarks");
+        let free = BOOKMARKS.clone().any(|key| !state.bookmarks.contains_key(&key));
+        let keep = ui.add_enabled(free, Button::new("Keep this view")).on_hover_text("K");
+        if keep.clicked() {
+            state.bookmark(camera);
+        }
+        let mut removed = None;
+        for (&key, &kept) in &state.bookmarks {
+            let go = ui
+                .selectable_label(kept == camera, key.to_string())
+                .on_hover_text(format!("Go to this view: key {key}. Right-click to remove it."));
+            if go.clicked() {
+                state.camera = Some(kept);
+            }
+            if go.secondary_clicked() {
+                removed = Some(key);
+            }
+        }
+        removed.map(|key| state.bookmarks.remove(&key));
+    });
 }
 
 #[cfg(test)]

@@ -15,6 +15,9 @@ const FLY_SPEED: f32 = 0.12;
 /// Speed of orbiting by arrow keys, picture heights per second.
 const KEY_TURN: f32 = 0.25;
 
+/// Width of a picture below which a caption without a letter would hide too much of it, points.
+const SMALL: f32 = 300.0;
+
 /// Width below which a caption has only the letter of its side, points.
 const NARROWEST: f32 = 110.0;
 
@@ -140,6 +143,9 @@ fn caption(ui: &egui::Ui, rect: Rect, caption: &Caption, corner: egui::Align2) {
         return;
     }
     let painter = ui.painter().with_clip_rect(rect);
+    if caption.letter.is_none() && rect.width() < SMALL {
+        return;
+    }
     // At most half of the picture, so that two captions do not overlap.
     let most = (rect.width() * 0.5 - 24.0).max(40.0);
     let font = egui::TextStyle::Body.resolve(ui.style());

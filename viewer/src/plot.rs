@@ -20,7 +20,7 @@ pub struct Tried {
     /// Time of its technique, milliseconds.
     pub milliseconds: f64,
     /// The errors that are known, in the order of [`Metric::ALL`].
-    pub errors: [Option<f64>; 3],
+    pub errors: [Option<f64>; 4],
 }
 
 impl Tried {
@@ -117,6 +117,7 @@ impl Trade {
             painter.hline(frame.x_range(), at, line);
             let text = match metric {
                 Metric::Absolute => format!("{tick:.0e}"),
+                Metric::Flip => short_time(tick),
                 _ if tick < 0.01 => format!("{:.1} %", 100.0 * tick),
                 _ => format!("{:.0} %", 100.0 * tick),
             };

@@ -8,6 +8,9 @@ use std::sync::{
 use halflight_frame_graph::Gpu;
 use halflight_renderer::texels::decoder;
 
+/// Rows of a copied texture begin at multiples of this many bytes.
+const ALIGNMENT: usize = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize;
+
 const PENDING: u8 = 0;
 const READY: u8 = 1;
 
@@ -30,9 +33,14 @@ impl Reading {
         Self { buffer: buffer.clone(), state }
     }
 
+    /// Whether the bytes have arrived.
+    pub fn is_ready(&self) -> bool {
+        self.state.load(Ordering::Acquire) == READY
+    }
+
     /// The bytes, once they have arrived; the buffer can then be used again. They never arrive from a lost device.
     pub fn take(&self) -> Option<Vec<u8>> {
-        if self.state.load(Ordering::Acquire) != READY {
+        if !self.is_ready() {
             return None;
         }
         let bytes = self.buffer.get_mapped_range(..).ok()?.to_vec();
@@ -73,16 +81,33 @@ impl TextureReading {
         Self { reading: Reading::of(&buffer), size, format }
     }
 
-    /// The pixels, once they have arrived: four linear channels each, rows from top to bottom. Empty for formats without
-    /// colour.
-    pub fn take(&self) -> Option<Vec<[f32; 4]>> {
+    /// Whether the pixels have arrived.
+    pub fn is_ready(&self) -> bool {
+        self.reading.is_ready()
+    }
+
+    /// The bytes of the pixels, once they have arrived: rows from top to bottom, without padding.
+    pub fn take_bytes(&self) -> Option<Vec<u8>> {
+        let (row, rows) = self.rows()?;
+        Some(rows.chunks_exact(row.next_multiple_of(ALIGNMENT)).flat_map(|line| &line[..row]).copied().collect())
+    }
+
+    /// Bytes of a row, and the padded rows.
+    fn rows(&self) -> Option<(usize, Vec<u8>)> {
         let bytes = self.reading.take()?;
         // Free the buffer now; a browser would keep it until its next garbage collection.
         self.reading.buffer.destroy();
         let texel = self.format.block_copy_size(None).unwrap_or(4) as usize;
-        let row = self.size[0] as usize * texel;
+        Some((self.size[0] as usize * texel, bytes))
+    }
+
+    /// The pixels, once they have arrived: four linear channels each, rows from top to bottom. Empty for formats without
+    /// colour.
+    pub fn take(&self) -> Option<Vec<[f32; 4]>> {
+        let (row, bytes) = self.rows()?;
+        let texel = self.format.block_copy_size(None).unwrap_or(4) as usize;
         let Some(decode) = decoder(self.format) else { return Some(Vec::new()) };
-        let rows = bytes.chunks_exact(row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize));
+        let rows = bytes.chunks_exact(row.next_multiple_of(ALIGNMENT));
         Some(rows.flat_map(|line| line[..row].chunks_exact(texel).map(decode)).collect())
     }
 }

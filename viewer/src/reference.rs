@@ -76,11 +76,13 @@ pub struct Reference {
     /// Diffuse reflectance.
     albedo: Vec<Rgb>,
     /// Pixels that show a surface.
-    mask: Vec<bool>,
+    pub mask: Vec<bool>,
+    /// The picture of this reading and of the one before, radiance.
+    pub pictures: [Vec<Rgb>; 2],
     /// Two independent halves of the samples: of the reading before, if it had them, and of this one.
     halves: Vec<Halves>,
     /// Whether enough samples have found light to trust its noise.
-    lit: bool,
+    pub lit: bool,
     /// The reference as textures on the device.
     pub textures: ReferenceTextures,
     /// Number of the reading, so that a new one is noticed.
@@ -182,6 +184,10 @@ impl Reference {
         let times = |a: Rgb, b: Rgb| [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
         let reflected: Vec<_> = light.iter().zip(&truth.albedo).map(|(&light, &albedo)| times(light, albedo)).collect();
         let floor = if mask.contains(&true) { relative_floor(mean(&reflected, Some(&mask))) } else { 0.0 };
+        let picture: Vec<Rgb> = (0..pixels)
+            .map(|i| std::array::from_fn(|c| truth.direct[i][c] + truth.transmitted[i][c] + reflected[i][c]))
+            .collect();
+        let earlier = before.as_ref().map_or_else(Vec::new, |old| old.pictures[0].clone());
         let halves = before.map_or_else(Vec::new, |mut old| {
             let latest = Halves::new(&old.reflected, old.samples, &reflected, truth.samples);
             old.halves.pop().into_iter().chain(latest).collect()
@@ -207,8 +213,7 @@ impl Reference {
                 [r, g, b, f32::from(u8::from(mask[i]))]
             }),
             picture: texture(&|i| {
-                let (direct, passed, light) = (truth.direct[i], truth.transmitted[i], reflected[i]);
-                let [r, g, b] = std::array::from_fn(|c| direct[c] + passed[c] + light[c]);
+                let [r, g, b] = picture[i];
                 [r, g, b, 1.0]
             }),
             relative_floor: floor as f32,
@@ -220,6 +225,7 @@ impl Reference {
             albedo: truth.albedo.clone(),
             reflected,
             mask,
+            pictures: [picture, earlier],
             halves,
             textures,
             version,
@@ -245,7 +251,7 @@ impl Reference {
     /// The estimate of the error of this incident indirect light, however large the noise of the reference is; `None` before
     /// the second reading.
     pub fn estimate(&self, light: &[Rgb], metric: Metric) -> Option<Estimate> {
-        let index = Metric::ALL.iter().position(|&other| other == metric)?;
+        let index = metric.linear_index()?;
         let picture = self.reflected(light)?;
         Some(self.halves.last()?.errors(&picture, self.width, &self.mask)[index])
     }

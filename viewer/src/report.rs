@@ -23,6 +23,8 @@ pub struct SideReport {
     pub passes: Vec<PassReport>,
     /// Sum over the technique's passes, milliseconds.
     pub technique_ms: Option<f64>,
+    /// Milliseconds that its plan, the BVH of the scene, and its textures and pipelines took when it was made.
+    pub made_in: [f64; 3],
     /// Smallest number of measurements of any pass.
     pub rounds: usize,
     /// How they were measured.
@@ -111,6 +113,8 @@ pub struct Report {
     pub tried: usize,
     /// The search for the best settings.
     pub best: BestReport,
+    /// Milliseconds that reading the scene and preparing it for the device took.
+    pub scene_ms: [f64; 2],
     /// Milliseconds from the start of the application to the first picture.
     pub first_picture_ms: Option<f64>,
 }

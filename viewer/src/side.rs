@@ -11,11 +11,14 @@ use halflight_renderer::{
     scene::{LIGHTS, SceneMotion, camera_view},
 };
 use halflight_scenes::{Camera, Light};
+use web_time::Instant;
 
 use crate::{
     check::Check,
     error::Errors,
     readback::{Reading, TextureReading},
+    reference::Reference,
+    seen::{Key, Seen},
     show::{Look, ReferenceTextures, show},
     stage::Stage,
     state::{Configuration, View},
@@ -69,11 +72,16 @@ pub struct Side {
     pub light: Option<Vec<[f32; 3]>>,
     /// The errors of `albedo * indirect` against the reference.
     pub errors: Errors,
+    /// FLIP of its picture.
+    seen: Seen,
     /// Version of the reference that `errors` belong to.
     pub compared_with: u64,
     /// Wall-clock time of the last whole frame, milliseconds.
     pub frame_ms: Option<f64>,
     check: Check,
+    /// Time that each step of making it took, milliseconds: the plan, the BVH and other buffers of the scene, and textures and
+    /// pipelines.
+    pub made_in: [f64; 3],
 }
 
 /// The time of a side's technique.
@@ -147,10 +155,15 @@ impl Side {
         size: [u32; 2],
         keep_all: bool,
     ) -> Result<Self, SettingsError> {
+        let begun = Instant::now();
         let plan = plan(gpu, stage, configuration, size)?;
+        let planned = begun.elapsed();
         prepare(gpu, stage, &plan)?;
+        let prepared = begun.elapsed();
         let externals = Externals { scene: Some(&stage.buffers), keep_all, ..Default::default() };
         let graph = CompiledGraph::new(gpu, plan, &externals);
+        let compiled = begun.elapsed();
+        let made_in = [planned, prepared - planned, compiled - prepared].map(|time| time.as_secs_f64() * 1e3);
         let method = match gpu.timestamp_period {
             _ if stage.software => Method::Software,
             // A frame of very many passes has no timestamps.
@@ -178,9 +191,11 @@ impl Side {
             indirect: None,
             light: None,
             errors: Errors::default(),
+            seen: Seen::default(),
             compared_with: 0,
             frame_ms: None,
             check: Check::default(),
+            made_in,
         })
     }
 
@@ -291,7 +306,7 @@ impl Side {
         self.unfiltered = self.unfiltered.saturating_sub(1);
         self.moment = Some(moment);
         (self.light, self.indirect, self.compared_with) = (None, None, 0);
-        self.errors = Errors::default();
+        (self.errors, self.seen) = (Errors::default(), Seen::default());
         self.check = Check::default();
         let mut seen = camera_view(&moment.camera, self.graph.plan().display_size, stage.facts.near);
         (seen.frame, seen.seed) = (moment.frame, moment.seed);
@@ -367,6 +382,11 @@ impl Side {
         self.texture.filter(|_| self.moment.is_some() && self.show.is_some())
     }
 
+    /// The display colours of the picture, if there is one.
+    pub fn display(&self) -> Option<&wgpu::Texture> {
+        self.show.as_ref()?.output("display")
+    }
+
     /// Reads back the indirect light of the last frame, once per change. It is black if the technique has no such output.
     pub fn read_light(&mut self, gpu: &Gpu) {
         if self.light.is_some() || self.moment.is_none() {
@@ -389,7 +409,19 @@ impl Side {
 
     /// Forgets its errors, because the reference shows something else.
     pub fn forget_errors(&mut self) {
-        (self.errors, self.compared_with) = (Errors::default(), 0);
+        (self.errors, self.seen, self.compared_with) = (Errors::default(), Seen::default(), 0);
+    }
+
+    /// Continues to compute FLIP against this reading of the reference, whose noise is the FLIP between it and the one before;
+    /// true while there is more to do.
+    pub fn compare_seen(&mut self, gpu: &Gpu, key: Key, reference: &Reference, noise: f64) -> bool {
+        if self.seen.taken == Some(key) {
+            return false;
+        }
+        let Some(flip) = self.seen.step(gpu, self.graph.output("final"), key, reference) else { return true };
+        self.seen.taken = Some(key);
+        self.errors.update_seen(flip, noise, reference.lit);
+        false
     }
 
     /// Runs the NaN/Inf check on the last frame, once per change; true while the device works on it.

@@ -1,5 +1,7 @@
 //! Everything that a picture depends on, as plain data: the contents of a link and of an undo step.
 
+use std::{collections::BTreeMap, ops::RangeInclusive};
+
 use halflight_renderer::{
     gi::Technique,
     parameters::{Settings, Value},
@@ -11,6 +13,9 @@ use crate::error::Metric;
 
 /// Name of a scene that was dropped onto the viewer. A link cannot open it.
 pub const DROPPED: &str = "dropped";
+
+/// Keys of bookmarks.
+pub const BOOKMARKS: RangeInclusive<u8> = 4..=9;
 
 /// Sizes in the menu, pixels.
 pub const SIZES: [[u32; 2]; 5] = [[320, 180], [640, 360], [960, 540], [1280, 720], [1920, 1080]];
@@ -165,6 +170,8 @@ pub struct State {
     pub size: [u32; 2],
     /// Camera; `None` for the scene's own.
     pub camera: Option<Camera>,
+    /// Kept cameras by their key, 4 to 9.
+    pub bookmarks: BTreeMap<u8, Camera>,
     /// Changes to the scene's lights, by index.
     pub lights: Vec<(usize, LightChange)>,
     /// What the picture shows.
@@ -193,6 +200,7 @@ impl Default for State {
             scene: "cornell".into(),
             size: [640, 360],
             camera: None,
+            bookmarks: BTreeMap::new(),
             lights: Vec::new(),
             view: View::Output("final"),
             exposure: None,
@@ -233,11 +241,19 @@ impl State {
         }
     }
 
+    /// Keeps a camera as the first free bookmark. Returns its key; `None` if all are taken.
+    pub fn bookmark(&mut self, camera: Camera) -> Option<u8> {
+        let key = BOOKMARKS.clone().find(|key| !self.bookmarks.contains_key(key))?;
+        self.bookmarks.insert(key, camera);
+        Some(key)
+    }
+
     /// Opens another scene and resets everything that belongs to the old one.
     pub fn open(&mut self, scene: &str) {
         self.scene = scene.to_owned();
         (self.camera, self.exposure, self.frame) = (None, None, 0);
         self.lights.clear();
+        self.bookmarks.clear();
     }
 }
 

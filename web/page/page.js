@@ -94,6 +94,21 @@ window.halflightSave = (name, contents) => {
   setTimeout(() => URL.revokeObjectURL(url), 10000);
 };
 
+// The browser writes the PNG file, so that the program needs no encoder.
+window.halflightSavePicture = async (name, width, pixels) => {
+  const image = new ImageData(new Uint8ClampedArray(pixels), width);
+  const canvas = new OffscreenCanvas(image.width, image.height);
+  canvas.getContext("2d").putImageData(image, 0, 0);
+  const file = await canvas.convertToBlob({ type: "image/png" });
+  window.halflightSave(name, await file.arrayBuffer());
+};
+
+// A click or key in the viewer counts as the user's permission for a few seconds.
+window.halflightFullscreen = () => {
+  const done = document.fullscreenElement ? document.exitFullscreen() : byId("stage").requestFullscreen();
+  done.catch((error) => console.warn(`The full screen is not available: ${error}`));
+};
+
 // Asks for files and opens them as if they had been dropped.
 window.halflightChoose = () => byId("files").click();
 byId("files").addEventListener("change", async (event) => {

@@ -10,6 +10,12 @@ extern "C" {
     /// Offers a file for download. Defined by the page.
     #[wasm_bindgen(js_name = halflightSave)]
     fn save(name: &str, contents: &[u8]);
+    /// Offers a picture for download as PNG: four bytes a pixel. Defined by the page.
+    #[wasm_bindgen(js_name = halflightSavePicture)]
+    fn save_picture(name: &str, width: u32, pixels: &[u8]);
+    /// Shows the viewer on the full screen, or ends that. Defined by the page.
+    #[wasm_bindgen(js_name = halflightFullscreen)]
+    fn toggle_fullscreen();
     /// Asks the user for files. Defined by the page.
     #[wasm_bindgen(js_name = halflightChoose)]
     fn choose();
@@ -45,6 +51,16 @@ impl Host for Page {
     fn save(&mut self, name: &str, contents: &[u8]) -> String {
         save(name, contents);
         format!("{name} was downloaded")
+    }
+
+    fn save_picture(&mut self, name: &str, width: u32, pixels: &[u8]) -> String {
+        save_picture(name, width, pixels);
+        format!("{name} was downloaded")
+    }
+
+    fn toggle_fullscreen(&mut self) -> bool {
+        toggle_fullscreen();
+        true
     }
 
     fn adapter(&self) -> Option<String> {

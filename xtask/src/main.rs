@@ -37,7 +37,7 @@ Commands:
                                 minutes after the build on two cores.
                                 --cluster only runs deploy/slurm on a Slurm of its own on this computer (Debian or
                                 Ubuntu, as root), and compares the report with that of a single run.
-  web [--dist DIR] [--port PORT] [--source URL]
+  web [--dist DIR] [--port PORT] [--source URL] [--report PATH]
                                 Build the browser demo and serve it on 127.0.0.1, or write it to a folder.
 
 All first install what is missing, or say what to install. Paths are relative to the root of the workspace.

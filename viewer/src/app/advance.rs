@@ -93,6 +93,7 @@ impl Viewer {
         }
         busy |= self.measure_error();
         busy |= self.finish_focus();
+        busy |= self.finish_saving();
         for (side, open) in self.sides.iter_mut().zip(self.checking) {
             if let Some(side) = side.as_mut().filter(|side| open && side.is_settled() && !side.is_measuring()) {
                 busy |= side.check(&self.gpu);
@@ -195,8 +196,18 @@ impl Viewer {
     /// Compares the sides with the reference; true while a result is pending.
     fn measure_error(&mut self) -> bool {
         let rounds = self.rounds();
+        let exposure = self.exposure_in_use();
         let Some(reference) = &self.reference.found else { return false };
         let mut waiting = false;
+        // FLIP takes long, so it is computed only while it is shown.
+        let key = exposure.filter(|_| self.state.metric == Metric::Flip).map(|of| (reference.version, of.to_bits()));
+        let has_two = !reference.pictures[1].is_empty();
+        let noise = key.filter(|_| has_two).and_then(|key| {
+            let [latest, before] = &reference.pictures;
+            let noise = self.reference_noise.step(key, reference, || Some([latest, before]));
+            waiting |= noise.is_none();
+            noise
+        });
         for side in self.sides.iter_mut().flatten().filter(|side| side.is_settled()) {
             side.read_light(&self.gpu);
             match &side.light {
@@ -206,6 +217,9 @@ impl Viewer {
                 }
                 Some(_) => {}
                 None => waiting = true,
+            }
+            if let (Some(key), Some(noise)) = (key, noise) {
+                waiting |= side.compare_seen(&self.gpu, key, reference, noise);
             }
             let errors = Metric::ALL.map(|metric| side.errors.get(metric).map(|error| error.value()));
             let milliseconds = match side.time(rounds) {

@@ -25,52 +25,72 @@ impl Viewer {
             let compare = ui.toggle_value(&mut self.state.compare, "A | B").on_hover_text("Compare two configurations");
             self.marks.add("compare", compare.rect);
             self.play_controls(ui);
-            let undo = Button::new("Undo");
-            let undo = ui.add_enabled(self.undo.has_undo(&self.state), undo).on_hover_text("Ctrl+Z");
-            self.marks.add("undo", undo.rect);
-            if undo.clicked() {
-                self.undo_step();
+            // A tiny page has these above its controls.
+            if !self.is_tiny() {
+                self.bar_rest(ui);
             }
-            let redo = Button::new("Redo");
-            if ui.add_enabled(self.undo.has_redo(&self.state), redo).on_hover_text("Ctrl+Shift+Z").clicked() {
-                self.redo_step();
-            }
-            let label = |[w, h]: [u32; 2]| format!("{w} x {h}");
-            let size = ComboBox::from_id_salt("size").selected_text(label(self.state.size)).show_ui(ui, |ui| {
-                let fit = self.fitting_size(ui.pixels_per_point());
-                ui.selectable_value(&mut self.state.size, fit, format!("fit: {}", label(fit)))
-                    .on_hover_text("One pixel of the picture for each pixel of the screen");
-                for size in SIZES {
-                    ui.selectable_value(&mut self.state.size, size, label(size));
-                }
-            });
-            self.marks.add("size", size.response.on_hover_text("Size of the picture, pixels").rect);
-            if self.host.can_choose_files() {
-                let open =
-                    ui.button("Open…").on_hover_text("Open a scene, an environment map or a preset; or drop it here");
-                self.marks.add("open", open.rect);
-                if open.clicked() {
-                    self.host.choose_files();
-                }
-            }
-            let copied = self.copied.is_some_and(|at| at.elapsed() < COPIED);
-            let link = ui.button(if copied { "Link copied" } else { "Copy link" });
-            self.marks.add("link", link.rect);
-            if link.on_hover_text("Copy a link that opens this view").clicked() {
-                ui.copy_text(self.host.link(&address::write(&self.state)));
-                self.copied = Some(Instant::now());
-                if self.state.scene == DROPPED {
-                    let sentence = "the link does not contain your files: send them along";
-                    self.messages.add(Severity::Warning, sentence);
-                }
-            }
-            if copied {
-                ui.request_repaint_after(COPIED);
+            let mut shown = self.controls_shown();
+            let toggle = ui.toggle_value(&mut shown, "Controls").on_hover_text("Show or hide the controls: P");
+            self.marks.add("controls", toggle.rect);
+            if toggle.clicked() {
+                self.controls_shown = Some(shown);
             }
             let help = ui.selectable_label(self.help, "?").on_hover_text("Help: mouse, touch and keys");
             self.marks.add("help", help.rect);
             self.help ^= help.clicked();
         });
+    }
+
+    /// Undo, size, files, link and full screen.
+    pub(super) fn bar_rest(&mut self, ui: &mut Ui) {
+        let undo = Button::new("Undo");
+        let undo = ui.add_enabled(self.undo.has_undo(&self.state), undo).on_hover_text("Ctrl+Z");
+        self.marks.add("undo", undo.rect);
+        if undo.clicked() {
+            self.undo_step();
+        }
+        let redo = Button::new("Redo");
+        if ui.add_enabled(self.undo.has_redo(&self.state), redo).on_hover_text("Ctrl+Shift+Z").clicked() {
+            self.redo_step();
+        }
+        let label = |[w, h]: [u32; 2]| format!("{w} x {h}");
+        let size = ComboBox::from_id_salt("size").selected_text(label(self.state.size)).show_ui(ui, |ui| {
+            let fit = self.fitting_size(ui.pixels_per_point());
+            ui.selectable_value(&mut self.state.size, fit, format!("fit: {}", label(fit)))
+                .on_hover_text("One pixel of the picture for each pixel of the screen");
+            for size in SIZES {
+                ui.selectable_value(&mut self.state.size, size, label(size));
+            }
+        });
+        self.marks.add("size", size.response.on_hover_text("Size of the picture, pixels").rect);
+        if self.host.can_choose_files() {
+            let open =
+                ui.button("Open…").on_hover_text("Open a scene, an environment map or a preset; or drop it here");
+            self.marks.add("open", open.rect);
+            if open.clicked() {
+                self.host.choose_files();
+            }
+        }
+        let copied = self.copied.is_some_and(|at| at.elapsed() < COPIED);
+        let link = ui.button(if copied { "Link copied" } else { "Copy link" });
+        self.marks.add("link", link.rect);
+        if link.on_hover_text("Copy a link that opens this view").clicked() {
+            ui.copy_text(self.host.link(&address::write(&self.state)));
+            self.copied = Some(Instant::now());
+            if self.state.scene == DROPPED {
+                let sentence = "the link does not contain your files: send them along";
+                self.messages.add(Severity::Warning, sentence);
+            }
+        }
+        if copied {
+            ui.request_repaint_after(COPIED);
+        }
+        self.save_menu(ui);
+        let full = ui.button("Full screen").on_hover_text("Shift+F");
+        self.marks.add("fullscreen", full.rect);
+        if full.clicked() {
+            self.toggle_fullscreen(ui);
+        }
     }
 
     fn scene_choice(&mut self, ui: &mut Ui) {

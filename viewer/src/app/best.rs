@@ -6,6 +6,7 @@ use halflight_renderer::gi::Technique;
 use super::Viewer;
 use crate::{
     best::{self, BestSearch, Question, Step},
+    error::Metric,
     numbers::milliseconds,
     reference::{ALL_BOUNCES, Subject},
     report::BestReport,
@@ -191,8 +192,10 @@ impl Viewer {
         if !self.best.own {
             techniques.clear();
         }
+        // FLIP of hundreds of cells would take minutes.
+        let metric = if self.state.metric == Metric::Flip { Metric::Blocks } else { self.state.metric };
         self.best.found = None;
-        self.best.asked = Some(Question { budget_ms: self.best.budget_ms, metric: self.state.metric, techniques });
+        self.best.asked = Some(Question { budget_ms: self.best.budget_ms, metric, techniques });
         self.ctx.request_repaint();
     }
 

@@ -19,6 +19,9 @@ const EXPOSURE: &str = "Keeps 95 % of the lit pixels of the direct light on the 
 impl Viewer {
     pub(super) fn controls(&mut self, ui: &mut Ui) {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            if self.is_tiny() {
+                ui.horizontal_wrapped(|ui| self.bar_rest(ui));
+            }
             self.result(ui);
             ui.separator();
             for (index, mark) in MARKS.into_iter().enumerate() {

@@ -9,10 +9,11 @@ use super::{Solo, Viewer};
 use crate::{
     benchmark,
     error::Metric,
+    messages::Severity,
     picture::{Caption, Shown, error_scale, picture},
     side::Side,
     stage::Stage,
-    state::View,
+    state::{BOOKMARKS, View},
     style::{SIDE_COLOURS, SIDE_NAMES},
     undo::undo_from,
     words,
@@ -25,11 +26,15 @@ const CONTROLS: f32 = 360.0;
 /// Height of the page, points, below which a narrow page shows only a strip of controls.
 const LOW: f32 = 420.0;
 
+/// Height of a narrow page, points, below which it shows the picture or the controls: a page of 1280 x 960 at a zoom of 400 %
+/// has 320 x 240.
+const TINY: f32 = 300.0;
+
 /// Width and height of the picture, points, below which it has no hint.
 const LOWEST: f32 = 180.0;
 
 /// Mouse, touch and keys, as the help lists them.
-const HELP: [(&str, &str); 13] = [
+const HELP: [(&str, &str); 17] = [
     ("Drag", "orbit"),
     ("Right-drag", "look around"),
     ("Shift-drag, or drag two fingers", "move sideways"),
@@ -37,9 +42,13 @@ const HELP: [(&str, &str); 13] = [
     ("Arrow keys", "orbit, after a click into the picture"),
     ("W A S D Q E", "fly, after a click into the picture"),
     ("1, 2, 3", "A alone, B alone, the reference alone; again: both"),
+    ("K", "keep this view"),
+    ("4 to 9", "go back to a kept view"),
     ("F", "look at what is under the pointer"),
     ("Home, or double-click", "the first view of the scene"),
     ("I", "inspect single pixels"),
+    ("P", "show or hide the controls"),
+    ("Shift+F", "full screen"),
     ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
     ("Drop files", "open a scene, an environment map or a preset"),
     ("?", "show or hide this help"),
@@ -62,8 +71,12 @@ impl Viewer {
         if !self.messages.is_empty() {
             Panel::top("messages").show(ui, |ui| self.messages.show(ui, &mut self.marks));
         }
-        let narrow = ui.available_width() < NARROW;
-        if narrow {
+        if !self.controls_shown() {
+        } else if self.is_tiny() {
+            // There is room for one of the two.
+            let height = ui.available_height();
+            Panel::bottom("controls").exact_size(height).show(ui, |ui| self.controls(ui));
+        } else if ui.available_width() < NARROW {
             let share = if self.screen.y < LOW { 0.35 } else { 0.52 };
             let height = ui.available_height() * share;
             Panel::bottom("controls").exact_size(height).show(ui, |ui| self.controls(ui));
@@ -73,6 +86,42 @@ impl Viewer {
         CentralPanel::no_frame().show(ui, |ui| self.show_picture(ui));
         self.show_help(ui);
         show_drop(ui);
+    }
+
+    /// Whether the page has room for the picture or the controls, but not for both.
+    pub(super) fn is_tiny(&self) -> bool {
+        self.screen.x < NARROW && self.screen.y < TINY
+    }
+
+    /// Whether the controls are shown.
+    pub(super) fn controls_shown(&self) -> bool {
+        self.controls_shown.unwrap_or(!self.is_tiny())
+    }
+
+    /// Shows the application on the full screen, or ends that.
+    pub(super) fn toggle_fullscreen(&mut self, ui: &Ui) {
+        if !self.host.toggle_fullscreen() {
+            let full = ui.input(|i| i.viewport().fullscreen.unwrap_or(false));
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::Fullscreen(!full));
+        }
+    }
+
+    /// Keeps the camera, or goes back to a kept one.
+    fn bookmark_keys(&mut self, pressed: impl Fn(Modifiers, Key) -> bool) {
+        if pressed(Modifiers::NONE, Key::K) {
+            let (severity, sentence) = match self.state.bookmark(self.camera()) {
+                Some(key) => (Severity::Note, format!("this view is kept: the key {key} goes back to it")),
+                None => (Severity::Warning, "no key is free for this view: remove one under \"Camera\"".to_owned()),
+            };
+            self.messages.add(severity, sentence);
+        }
+        for (number, key) in BOOKMARKS.zip([Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9]) {
+            if pressed(Modifiers::NONE, key)
+                && let Some(camera) = self.state.bookmarks.get(&number)
+            {
+                self.state.camera = Some(*camera);
+            }
+        }
     }
 
     fn keys(&mut self, ui: &Ui) {
@@ -104,9 +153,15 @@ impl Viewer {
         if pressed(Modifiers::NONE, Key::I) {
             self.inspecting = !self.inspecting;
         }
-        if pressed(Modifiers::NONE, Key::F) {
+        if pressed(Modifiers::SHIFT, Key::F) {
+            self.toggle_fullscreen(ui);
+        } else if pressed(Modifiers::NONE, Key::F) {
             self.start_focus();
         }
+        if pressed(Modifiers::NONE, Key::P) {
+            self.controls_shown = Some(!self.controls_shown());
+        }
+        self.bookmark_keys(pressed);
     }
 
     fn show_help(&mut self, ui: &Ui) {

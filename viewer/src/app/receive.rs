@@ -5,6 +5,7 @@ use std::sync::PoisonError;
 use eframe::egui;
 use halflight_renderer::scene::SceneSize;
 use halflight_scenes::Scene;
+use web_time::Instant;
 
 use super::Viewer;
 #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
@@ -156,6 +157,7 @@ impl Viewer {
         }
         self.announced = false;
         self.loaded.clone_from(&self.state.scene);
+        let begun = Instant::now();
         let scene = match self.dropped.as_ref().filter(|_| self.state.scene == DROPPED) {
             Some(scene) => Ok(scene.clone()),
             None => halflight_scenes::bundled::scene(&self.state.scene),
@@ -180,7 +182,9 @@ impl Viewer {
         self.best.forget();
         (self.exposure, self.exposure_of, self.exposure_reading) = (None, None, None);
         (self.stage, self.playing) = (None, None);
+        let read = begun.elapsed();
         self.stage = Some(Stage::new(&self.gpu, scene, self.software));
+        self.scene_ms = [read, begun.elapsed() - read].map(|time| time.as_secs_f64() * 1e3);
         self.stage.is_some()
     }
 }

@@ -91,6 +91,9 @@ impl Viewer {
             return "Errors need the reference: switch it on under \"Reference\".".into();
         }
         let Some(reference) = &self.reference.found else {
+            if self.best.is_running() {
+                return "The reference waits for the search.".into();
+            }
             return "The reference starts when the picture is drawn and timed.".into();
         };
         let shown = self.sides.iter().flatten().filter_map(|side| side.errors.get(self.state.metric));

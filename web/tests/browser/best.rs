@@ -10,7 +10,7 @@ const SCATTER: f64 = 1.5;
 fn the_best_settings_for_a_budget_are_found_in_the_background() {
     let _alone = alone();
     // One technique on a small picture: every cell takes a fraction of a second.
-    let mut page = Page::open([420, 640], 1.0);
+    let mut page = Page::open([420, 960], 1.0);
     page.go(&format!("{}#scene=cornell&size=64x36", demo()));
     let report = page.wait("Cornell", settled);
     // Of this technique only.

@@ -151,11 +151,21 @@ fn small_screens_and_zoom() {
         let report = page.wait(name, settled);
         let [_, _, width, height] = rect(&report, "picture");
         assert!(width > 150.0 && height > 80.0, "{name}: the picture has {width}x{height}");
-        for mark in ["scene", "view", "compare", "play", "undo", "picture", "a.technique"] {
-            let [x, _, w, _] = rect(&report, mark);
-            assert!(x >= -0.5 && x + w <= f64::from(size[0]) + 0.5, "{name}: {mark} is cut off");
+        let tiny = name == "tiny";
+        let rest: &[&str] = if tiny { &[] } else { &["undo", "save", "link", "fullscreen"] };
+        for mark in ["scene", "view", "compare", "play", "controls", "picture"].iter().chain(rest) {
+            let [x, y, w, h] = rect(&report, mark);
+            let inside = [x + w, y + h].iter().zip(size).all(|(end, size)| *end <= f64::from(size) + 0.5);
+            assert!(x >= -0.5 && inside, "{name}: {mark} is cut off");
         }
         page.screenshot(&target(), name);
+        // A tiny page shows the picture or the controls.
+        assert_eq!(report["marks"]["a.technique"].is_null(), tiny, "{name}");
+        page.click(centre(&report, "controls"));
+        let report = page.wait("the other one", |report| report["marks"]["a.technique"].is_null() != tiny);
+        page.screenshot(&target(), &format!("{name}-controls"));
+        let [x, _, w, _] = rect(&report, if tiny { "a.technique" } else { "picture" });
+        assert!(x >= -0.5 && x + w <= f64::from(size[0]) + 0.5, "{name}");
     }
 }
 

@@ -30,6 +30,38 @@ fn the_page_says_what_it_is_before_the_program_runs() {
 }
 
 #[test]
+fn pictures_are_saved() {
+    let _alone = alone();
+    let mut page = open("scene=cornell&size=96x54&truth=off&a=none&b=none&view=albedo&compare=on");
+    let report = page.wait("Cornell", settled);
+    page.evaluate(
+        "window.halflightSave = (name, bytes) => { \
+           let text = ''; \
+           for (const byte of new Uint8Array(bytes)) text += String.fromCharCode(byte); \
+           window.saved = [name, btoa(text)]; }; true",
+    );
+    let mut save = |mark: &str| {
+        page.click(centre(&report, "save"));
+        let menu = page.wait("the menu", |report| report["marks"][mark].is_array());
+        page.evaluate("delete window.saved");
+        page.click(centre(&menu, mark));
+        page.wait_for("Array.isArray(window.saved)");
+        let saved = page.evaluate("window.saved");
+        (saved[0].as_str().unwrap().to_owned(), crate::chromium::base64(saved[1].as_str().unwrap()))
+    };
+    let (name, bytes) = save("save.png");
+    assert_eq!(name, "halflight-cornell-albedo-none-none.png");
+    let picture = image::load_from_memory(&bytes).unwrap().to_rgb8();
+    assert_eq!(picture.dimensions(), (96, 54));
+    // The left wall is red.
+    let [r, g, _] = picture.get_pixel(29, 27).0;
+    assert!(r > 2 * g, "{r} {g}");
+    let (name, bytes) = save("save.exr.1");
+    assert_eq!(name, "halflight-cornell-albedo-none.exr");
+    assert!(bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]), "no OpenEXR file: {:?}", &bytes[..8]);
+}
+
+#[test]
 fn keys_help_set_ups_and_the_inspector() {
     let _alone = alone();
     let mut page = open("scene=cornell&size=96x54&a=none&b=ssdo&compare=on");
@@ -51,8 +83,19 @@ fn keys_help_set_ups_and_the_inspector() {
     page.point([x + 0.3 * w, y + 0.7 * h]);
     page.key_quickly("f");
     page.wait("another target", |report| report["address"].as_str().unwrap().contains("target="));
+    // K keeps the view, Home goes back, 4 goes to the kept view.
+    page.key_quickly("k");
+    let kept = page.wait("a bookmark", |report| report["address"].as_str().unwrap().contains("bookmark.4="));
+    let kept = kept["address"].as_str().unwrap().to_owned();
     page.key_quickly("Home");
-    page.wait("the first view", |report| report["address"].as_str() == Some(&home));
+    let report = page.wait("the first view", |report| !report["address"].as_str().unwrap().contains("&target="));
+    assert!(report["address"].as_str().unwrap().starts_with(&home[..20]), "{}", report["address"]);
+    page.key_quickly("4");
+    page.wait("the kept view", |report| report["address"].as_str() == Some(&kept));
+    page.key_quickly("p");
+    page.wait("no controls", |report| report["marks"]["a.technique"].is_null());
+    page.key_quickly("p");
+    page.wait("the controls", |report| report["marks"]["a.technique"].is_array());
     page.key_quickly("i");
     page.point([x + 0.7 * w, y + 0.6 * h]);
     page.wait("the inspector and a reference", |report| {

@@ -10,7 +10,7 @@ mod visibility;
 
 use self::gather::{Gather, Light};
 
-use halflight_renderer::gi::{GBufferNeeds, Inputs, LightSources, NEARBY, Reach, Technique};
+use halflight_renderer::gi::{GBufferNeeds, Inputs, LightSources, Reach, Technique};
 
 use halflight_frame_graph::{FramePlan, ResourceId};
 use halflight_renderer::{
@@ -323,7 +323,7 @@ fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Op
         || glossy_material(inputs, &parameters).is_some();
     let froxels = if tested { visibility::plan_froxels(plan, inputs, &parameters, &levels)? } else { None };
     let near_field_distance = match sources {
-        Sources::Both => Some(inputs.length_or_share(parameters.border, NEARBY, "hierarchical.border")?),
+        Sources::Both => Some(inputs.length_or_share(parameters.border, "hierarchical.border")?),
         Sources::Screen | Sources::Lights => None,
     };
     let gather = Gather {

@@ -28,7 +28,7 @@ parameters! {
         grid [StartResolution::Half, StartResolution::Quarter], role Plan;
         /// Samples of the hemisphere.
         samples: u32 = 100, in 1..=1024, unit "1", grid [50, 100, 150, 200], role Override;
-        /// Radius of the hemisphere; 0 takes a quarter of the diagonal of what is looked at.
+        /// Radius of the hemisphere; 0 takes a thirtieth of the diagonal of what is looked at.
         radius: f32 = 0.0, in 0.0..=1e9, unit "scene units", grid [0.0], role Plan;
         /// Brightness of the published weighting.
         intensity: f32 = 1.0, in 0.0..=1e9, unit "scene units squared", grid [1.0], role Uniform;
@@ -36,10 +36,6 @@ parameters! {
         storage: Storage = Storage::Float16, unit "", grid [Storage::Float16, Storage::Float32], role Plan;
     }
 }
-
-/// Default radius, as a share of the diagonal of what is looked at. A thirtieth, the default of the other techniques that look
-/// nearby, finds nothing in a room; a half is worse than no indirect light in the atrium.
-const DEFAULT_RADIUS: f32 = 0.25;
 
 /// The technique. See the module.
 pub const TECHNIQUE: Technique = Technique {
@@ -56,7 +52,7 @@ pub const TECHNIQUE: Technique = Technique {
 
 fn plan(plan: &mut FramePlan, inputs: &Inputs, settings: &Settings) -> Result<Option<ResourceId>, SettingsError> {
     let parameters = Ssdo::from_settings(settings)?;
-    let radius = inputs.length_or_share(parameters.radius, DEFAULT_RADIUS, "ssdo.radius")?;
+    let radius = inputs.nearby(parameters.radius, Ssdo::TECHNIQUE)?;
     let level = pyramid(plan, inputs, false, parameters.start_resolution.divisor(), 0).remove(0);
     let gathered = plan.texture("gathered", level.size, Format::Rgba32Float, "light at the start resolution");
     let run = Gather {

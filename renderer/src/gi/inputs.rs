@@ -32,7 +32,7 @@ pub struct Inputs<'a> {
 }
 
 /// Default radius of nearby light, as a share of the diagonal of what is looked at.
-pub const NEARBY: f32 = 1.0 / 30.0;
+const NEARBY: f32 = 1.0 / 30.0;
 
 impl<'a> Inputs<'a> {
     /// The shadow map layers of the scene's lights; empty without lights or without a scene.
@@ -56,14 +56,14 @@ impl<'a> Inputs<'a> {
     /// # Errors
     /// If the radius is 0 and there is no scene.
     pub fn nearby(&self, radius: f32, technique: &str) -> Result<f32, SettingsError> {
-        self.length_or_share(radius, NEARBY, &format!("{technique}.radius"))
+        self.length_or_share(radius, &format!("{technique}.radius"))
     }
 
-    /// As [`Self::nearby`], for the parameter of this key and another share of the diagonal of what is looked at.
-    pub fn length_or_share(&self, length: f32, share: f32, key: &str) -> Result<f32, SettingsError> {
+    /// As [`Self::nearby`], for the parameter of this key.
+    pub fn length_or_share(&self, length: f32, key: &str) -> Result<f32, SettingsError> {
         match self.scene {
             _ if length > 0.0 => Ok(length),
-            Some(SceneFacts { bounds: [low, high], .. }) => Ok(share * Vec3::from(*high).distance((*low).into())),
+            Some(SceneFacts { bounds: [low, high], .. }) => Ok(NEARBY * Vec3::from(*high).distance((*low).into())),
             None => Err(SettingsError(format!(
                 "{key} = 0 derives its length from the scene, and only textures were given: give a length"
             ))),

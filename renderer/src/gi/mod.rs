@@ -20,5 +20,5 @@ pub mod translucency;
 pub use choices::{
     Finds, Resolution, Sources, Spacing, StartResolution, Storage, Switch, TextureFilter, UpsamplingKernel, Weighting,
 };
-pub use inputs::{ExtraView, Inputs, MotionInputs, NEARBY, ReceiveOnlyInputs};
+pub use inputs::{ExtraView, Inputs, MotionInputs, ReceiveOnlyInputs};
 pub use technique::{GBufferNeeds, LightSources, Reach, Technique};

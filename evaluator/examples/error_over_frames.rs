@@ -42,7 +42,7 @@ struct Args {
     #[arg(long, value_enum, default_value_t)]
     moving: Moving,
     /// Bounces of the reference.
-    #[arg(long, default_value_t = 12)]
+    #[arg(long, default_value_t = reference::ALL_BOUNCES)]
     bounces: u32,
     /// Relative error of the reference over blocks of 8 x 8 pixels.
     #[arg(long, default_value_t = 0.02)]

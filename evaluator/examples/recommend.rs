@@ -12,7 +12,7 @@ use std::{collections::HashMap, error::Error, path::PathBuf};
 use clap::Parser;
 use halflight_evaluator::{
     experiment::session::{open_adapter, open_scene},
-    recommend::{Measurer, Measuring},
+    recommend::{ADVICE, Measurer, Measuring},
 };
 use halflight_metrics::percentile;
 use halflight_recommend::{Cell, Family, Goal, Measured, Outcome, Request, Search, metric};
@@ -104,6 +104,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 size: args.size,
                 reduced: args.reduced,
                 most_cells: None,
+                advice: &ADVICE,
             };
             let mut search = Search::new(request, facts.clone(), families.clone())?;
             while let Some(cell) = search.next(0.0) {

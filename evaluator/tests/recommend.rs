@@ -6,7 +6,7 @@ use std::process::Command;
 
 use halflight_evaluator::{
     experiment::session::{open_adapter, open_scene},
-    recommend::{Measurer, Measuring},
+    recommend::{ADVICE, Measurer, Measuring},
 };
 use halflight_recommend::{Cell, Family, Goal, Outcome, Request, Search, metric};
 use halflight_renderer::scene::SceneFacts;
@@ -43,7 +43,8 @@ fn the_lowest_error_is_found_with_few_cells() {
             count += 1;
         }
     }
-    let request = Request { goal: Goal::Budget(1e9), metric, size: SIZE, reduced: SIZE, most_cells: Some(count / 2) };
+    let goal = Goal::Budget(1e9);
+    let request = Request { goal, metric, size: SIZE, reduced: SIZE, most_cells: Some(count / 2), advice: &ADVICE };
     let mut search = Search::new(request, facts, families).unwrap();
     while let Some(cell) = search.next(0.0) {
         let measured = error(&cell);

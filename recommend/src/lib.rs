@@ -32,6 +32,6 @@ mod search;
 pub use family::{Axis, Family, Planned};
 pub use model::Model;
 pub use search::{
-    Answer, Cell, Goal, Interval, Measured, NoAnswer, Outcome, Point, Request, Search, Stage, Step, metric,
+    Advice, Answer, Cell, Goal, Interval, Measured, NoAnswer, Outcome, Point, Request, Search, Stage, Step, metric,
     metric_names,
 };

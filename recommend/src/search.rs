@@ -39,6 +39,22 @@ pub struct Request {
     pub reduced: [u32; 2],
     /// Most cells to measure; `None` for a fifth of the candidates, at least 24.
     pub most_cells: Option<usize>,
+    /// How the caller names what would help, in the sentences of [`NoAnswer`].
+    pub advice: &'static Advice,
+}
+
+/// What would help where there is no answer, as the end of a sentence: by options of a command, or in the words of an
+/// interface.
+#[derive(Clone, Copy, Debug)]
+pub struct Advice {
+    /// Search other techniques.
+    pub other_techniques: &'static str,
+    /// Allow more time, or choose a smaller image.
+    pub more_time: &'static str,
+    /// Allow a larger error.
+    pub larger_error: &'static str,
+    /// Another metric, after "by".
+    pub other_metric: &'static str,
 }
 
 /// Cells that every search may measure.
@@ -96,7 +112,7 @@ struct Id {
 }
 
 /// What a cell gave.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Time of the technique in each timed frame, ms; empty for the baseline.
     pub times: Vec<f64>,
@@ -229,9 +245,9 @@ impl Search {
         }
         if lit.is_empty() {
             return Err(NoAnswer(format!(
-                "there is nothing to choose: {} no indirect light in this scene; name another technique with --technique, \
-                 or leave it out to search all",
-                if names.contains(", ") { format!("none of {names} finds") } else { format!("{names} finds") }
+                "there is nothing to choose: {} no indirect light in this scene; {}",
+                if names.contains(", ") { format!("none of {names} finds") } else { format!("{names} finds") },
+                request.advice.other_techniques
             )));
         }
         let count = lit.len();

@@ -2,7 +2,7 @@
 #![allow(clippy::disallowed_macros, reason = "`cargo test` captures what a test prints")]
 #![allow(clippy::unwrap_used)]
 
-use halflight_recommend::{Cell, Family, Goal, Measured, NoAnswer, Outcome, Request, Search, metric};
+use halflight_recommend::{Advice, Cell, Family, Goal, Measured, NoAnswer, Outcome, Request, Search, metric};
 use halflight_renderer::{
     parameters::{Settings, Value},
     scene::SceneFacts,
@@ -98,9 +98,17 @@ fn measure(families: &[Family], cell: &Cell, facts: &SceneFacts) -> Outcome {
     Outcome::Measured(Measured { times: vec![time; 5], passes, errors: vec![error], reference_noise: 0.0 })
 }
 
+/// As the command names it.
+const ADVICE: Advice = Advice {
+    other_techniques: "name another technique with --technique, or leave it out to search all",
+    more_time: "raise --budget-ms or lower --size",
+    larger_error: "raise --error-bound, or give the search more --minutes",
+    other_metric: "another --metric",
+};
+
 fn search(goal: Goal, families: Vec<Family>) -> Result<Search, NoAnswer> {
-    let request =
-        Request { goal, metric: metric("block_rel_mse").unwrap(), size: SIZE, reduced: REDUCED, most_cells: None };
+    let metric = metric("block_rel_mse").unwrap();
+    let request = Request { goal, metric, size: SIZE, reduced: REDUCED, most_cells: None, advice: &ADVICE };
     Search::new(request, facts(), families)
 }
 

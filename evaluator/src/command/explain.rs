@@ -20,6 +20,9 @@ use crate::{
     format,
 };
 
+/// The frame that is explained: surfaces that appeared are blurred for about as many.
+const FRAME: u32 = 8;
+
 #[derive(Args)]
 pub(super) struct ExplainArgs {
     #[command(flatten)]
@@ -30,7 +33,7 @@ pub(super) struct ExplainArgs {
     #[arg(long, default_value = "320x180", value_parser = parse_size, value_name = "WxH")]
     size: [u32; 2],
     /// The frame that is explained, counted from 1, of a technique that keeps light in the world.
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = FRAME, value_parser = clap::value_parser!(u32).range(1..))]
     frame: u32,
     /// Frames that stand for the converged image. Of a technique that keeps light in the world, the number of frames after
     /// which it counts as converged.
@@ -63,7 +66,7 @@ impl ExplainArgs {
             .option("scene", self.scene.scene.display())
             .technique(technique, settings)
             .size(self.size)
-            .option_unless("frame", self.frame, 8)
+            .option_unless("frame", self.frame, FRAME)
             .option("frames", self.frames)
             .option("samples-per-pixel", self.samples_per_pixel)
             .option("direct", &self.direct)

@@ -13,7 +13,10 @@ use halflight_techniques::{
 use super::{SceneArgs, print_json, print_warnings};
 use crate::{
     Error,
-    experiment::session::{open_adapter, open_scene},
+    experiment::{
+        reference::ALL_BOUNCES,
+        session::{open_adapter, open_scene},
+    },
     recommend::{self, Measurer, Measuring, Options, Report},
 };
 
@@ -49,7 +52,7 @@ pub(super) struct RecommendArgs {
     #[arg(long, default_value_t = 5.0, value_parser = positive)]
     minutes: f64,
     /// Bounces of the reference. Light of bounces that a configuration leaves out counts as error.
-    #[arg(long, default_value_t = BOUNCES, value_parser = clap::value_parser!(u32).range(1..=64))]
+    #[arg(long, default_value_t = ALL_BOUNCES, value_parser = clap::value_parser!(u32).range(1..=64))]
     bounces: u32,
     /// Folder for the page, the preset, recommend.json and the measured cells.
     #[arg(long, value_name = "DIR")]
@@ -67,9 +70,6 @@ pub(super) struct RecommendArgs {
     #[arg(long, default_value_t = 0)]
     seed: u32,
 }
-
-/// Further bounces bring less than the noise of a reference.
-const BOUNCES: u32 = 12;
 
 fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|v: &f64| *v > 0.0 && v.is_finite());
@@ -90,7 +90,7 @@ impl RecommendArgs {
         );
         named
             .option_unless("minutes", self.minutes, 5.0)
-            .option_unless("bounces", self.bounces, BOUNCES)
+            .option_unless("bounces", self.bounces, ALL_BOUNCES)
             .option_if("out", self.out.as_ref().map(|out| out.display()))
             .option_unless("adapter", self.adapter.as_str(), "any")
             .option_unless("seed", self.seed, 0)

@@ -13,6 +13,9 @@ use halflight_scenes::Scene;
 
 use crate::{Error, progress::Progress};
 
+/// Bounces of a reference with all light: further ones bring less than its noise.
+pub const ALL_BOUNCES: u32 = 12;
+
 /// Traces a request of a scene, or takes it from the cache.
 ///
 /// # Errors

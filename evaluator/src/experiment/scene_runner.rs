@@ -1,10 +1,8 @@
 //! Measures the cells of a grid on one scene at one size.
 
-use std::{
-    cell::OnceCell,
-    collections::{BTreeMap, btree_map::Entry},
-    path::Path,
-};
+mod cell_frames;
+
+use std::{cell::OnceCell, collections::BTreeMap, path::Path};
 
 use halflight_frame_graph::FramePlan;
 use halflight_metrics::{DisplayPair, LinearPair, MetricId, Values};
@@ -25,17 +23,16 @@ use halflight_shared_shaders::SHADERS;
 use halflight_techniques::{invocation::Invocation, parameters_of};
 use serde_json::{Map, Value};
 
+use self::cell_frames::{occlusion_radius, render};
 use super::{
     COMMIT,
     cell_id::CellId,
-    frames::{
-        Noise, OcclusionReference, Sequence, Shown, Times, check_textures, modulate, occlusion_reference, time_frames,
-    },
+    frames::{OcclusionReference, Shown, Times, modulate, occlusion_reference},
     grid::{Cell, Grid},
     machine,
     moving::Moving,
     reference,
-    session::{Frames, Request, Session},
+    session::{Frames, Session},
     temporal,
 };
 use crate::{Error, format, measurement::Measurement, report::Pictures};
@@ -101,8 +98,8 @@ struct Prepared<'a> {
     header: BTreeMap<String, String>,
     /// Ambient visibility, by radius.
     occlusion: Vec<OcclusionReference>,
-    /// The G-buffer and direct light, and their times, by the direct-light settings and the technique's needs that shape
-    /// them.
+    /// The G-buffer and direct light, and their times, by the settings of every frame and the technique's needs that
+    /// shape them.
     scene_frames: BTreeMap<String, (Frames<'a>, Times)>,
 }
 
@@ -398,100 +395,6 @@ impl<'a> SceneRunner<'a> {
     }
 }
 
-/// What the frames of a cell gave.
-struct Rendered {
-    shown: Shown,
-    /// Number of the frame that is shown, from 0. Frames before a change of lights are not counted.
-    shown_frame: u32,
-    /// Whether frames build on frames before.
-    has_history: bool,
-    noise: Option<f64>,
-    times: Times,
-    /// Median of each pass, those of the scene first, ms.
-    passes: Vec<(String, f64)>,
-    /// Median time of G-buffer and direct light, ms: with everything changed, and with nothing but the frame number.
-    scene_ms: [f64; 2],
-    /// Textures and buffers of the technique.
-    memory_bytes: u64,
-    /// Textures and buffers of the whole frame.
-    frame_bytes: u64,
-    occlusion_radius: Option<f32>,
-}
-
-fn render(
-    native: &NativeGpu,
-    grid: &Grid,
-    cell: &Cell,
-    subject: &Subject,
-    prepared: &mut Prepared,
-    check: bool,
-) -> Result<Rendered, Error> {
-    let (session, size) = (&prepared.session, subject.size);
-    let needs = (cell.technique.needs)(&cell.settings).map_err(|e| Error::BadInput(e.to_string()))?;
-    let direct = cell.settings.iter().filter(|(key, _)| key.starts_with("direct."));
-    let shape: String =
-        [format!("{needs:?}")].into_iter().chain(direct.map(|(key, value)| format!(" {key}={value}"))).collect();
-    let (scene_frames, scene_times) = match prepared.scene_frames.entry(shape) {
-        Entry::Occupied(ready) => ready.into_mut(),
-        Entry::Vacant(slot) => {
-            let mut frames = session.scene_frames(&cell.settings, size)?;
-            let times = time_frames(&mut frames, Sequence::all(SCENE_FRAMES), |_, _| Ok(()))?;
-            slot.insert((frames, times))
-        }
-    };
-    let direct = grid.direct_from_truth.then_some(prepared.reference.direct.as_slice());
-    let request = Request { technique: cell.technique, settings: cell.settings.clone(), size, seed: grid.seed, direct };
-    let at = cell.at_frame.unwrap_or(grid.frames);
-    // A moving view has a G-buffer of its own in each frame.
-    let (moved, before) = cell.moving.apply(subject.still.clone(), at);
-    let moved = Session::new(native, &moved);
-    let moved = if check { moved.keep_all() } else { moved };
-    let is_static = cell.moving == Moving::Nothing;
-    let mut frames =
-        if is_static { session.technique_frames(&request, scene_frames)? } else { moved.frames(&request)? };
-    let has_history = frames.plan().has_history();
-    let is_one_frame = cell.at_frame.is_some() || !is_static;
-    let sequence =
-        if is_one_frame { Sequence::up_to(before, at, grid.frames, has_history) } else { Sequence::all(grid.frames) };
-    // A filter over frames shows what it can do in the last one.
-    let shown_frame = if is_one_frame || has_history { sequence.end - 1 } else { 0 };
-    let mut noise = Noise::default();
-    let mut shown: Option<Shown> = None;
-    let times = time_frames(&mut frames, sequence, |frames, frame| {
-        if frame != shown_frame && is_one_frame {
-            return Ok(());
-        }
-        let image = Shown::read(frames)?;
-        // Frames before the measured one show another view or an image that has yet to converge.
-        if !is_one_frame {
-            noise.add(image.measured());
-        }
-        if frame == shown_frame {
-            shown = Some(image);
-        }
-        Ok(())
-    })?;
-    if check {
-        check_textures(&[scene_frames, &frames])?;
-    }
-    // Some plans hold the passes of the scene themselves.
-    let own = |name: &String| times.passes.iter().any(|(own, _)| own == name);
-    let of_scene: Vec<_> = scene_times.passes.iter().filter(|(name, _)| !own(name)).cloned().collect();
-    let whole = [scene_frames.plan(), frames.plan()].map(FramePlan::bytes);
-    Ok(Rendered {
-        frame_bytes: if of_scene.is_empty() { whole[1] } else { whole.iter().sum() },
-        passes: [of_scene, times.passes.clone()].concat(),
-        shown: shown.ok_or_else(|| Error::Failed("no frame was rendered: set frames to at least 1".into()))?,
-        shown_frame: shown_frame - before,
-        has_history,
-        noise: noise.deviation(),
-        times,
-        scene_ms: [scene_times.total.median, scene_times.total_static],
-        memory_bytes: frames.plan().technique_bytes(),
-        occlusion_radius: occlusion_radius(frames.plan()),
-    })
-}
-
 /// Errors and pictures of a technique that finds ambient visibility and no light. `names` are those of the cell's and of
 /// the reference's pictures.
 fn occlusion_alone(
@@ -552,11 +455,6 @@ fn light(
         errors.measure_occlusion(&LinearPair::new(open, &occlusion.image(), Some(mask)));
     }
     Ok((errors, images))
-}
-
-/// Radius of a plan's ambient visibility, scene units; `None` where it finds none.
-fn occlusion_radius(plan: &FramePlan) -> Option<f32> {
-    plan.attributes.get("ambient_occlusion.radius").copied()
 }
 
 /// Hash of all shaders. The commit does not tell shaders apart that were edited since.

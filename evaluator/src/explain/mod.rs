@@ -35,30 +35,25 @@
 use std::path::Path;
 
 use halflight_metrics::mean;
-use halflight_native::{NativeGpu, cache::Cache, images::Rgb, truth::TruthSource};
+use halflight_native::{NativeGpu, cache::Cache, images::Rgb};
 use halflight_renderer::{
-    gi::{Reach, Technique, rsm::has_reflective_shadow_maps},
-    parameters::{Kind, Settings, Value},
+    gi::{Technique, rsm::has_reflective_shadow_maps},
+    parameters::{Settings, Value},
     plan_technique_of_scene,
-    scene::SceneFacts,
-    truth::{Estimate, Request as TruthRequest, Stop},
 };
 use halflight_scenes::Scene;
-use halflight_techniques::{radiance_cache::RadianceCache, technique};
+use halflight_techniques::technique;
 use serde::Serialize;
 
-use crate::{
-    Error,
-    experiment::session::{Frames, Request, Session},
-    format::number,
-    progress::Progress,
-};
+use crate::{Error, experiment::session::Session, format::number};
 
 mod advice;
 pub mod chain;
 mod output;
+mod run;
 
 use chain::{Link, Moments, State, Uncertain, moments, picture};
+use run::{Bounces, Run, Senders, keeps_light_in_world, trace, with_fine_records};
 
 /// What to explain, and how well.
 #[derive(Clone, Debug)]
@@ -101,8 +96,37 @@ const FURTHER: &str = "further bounces";
 const UNTRACED: &str = "rays not yet traced";
 const INTERPOLATION: &str = "interpolation";
 const REST: &str = "what is left";
-/// Bounces of the reference where a technique takes all of them.
-const ALL_BOUNCES: u32 = 12;
+
+/// States and links while the chain is made.
+struct Chain {
+    states: Vec<State>,
+    links: Vec<Link>,
+    /// The end of the chain, index into `states`.
+    last: usize,
+}
+
+impl Chain {
+    fn from(state: State) -> Self {
+        Self { states: vec![state], links: Vec::new(), last: 0 }
+    }
+
+    /// A state beside the chain; its index.
+    fn add(&mut self, state: State) -> usize {
+        self.states.push(state);
+        self.states.len() - 1
+    }
+
+    fn link(&mut self, name: &'static str, terms: Vec<(usize, f64)>) {
+        self.links.push(Link { name, terms });
+    }
+
+    /// The next state, and the link to it.
+    fn push(&mut self, name: &'static str, state: State) {
+        let next = self.add(state);
+        self.link(name, vec![(self.last, 1.0), (next, -1.0)]);
+        self.last = next;
+    }
+}
 
 /// Where an error comes from.
 pub struct Explanation {
@@ -153,60 +177,46 @@ impl Explanation {
         let in_world = keeps_light_in_world(&session, options)?;
         let run = Run { session: &session, options, albedo, direct: &traced.direct, in_world };
         let shown = run.image(options.technique, &options.settings, !options.direct_from_truth, 0)?;
-        let mut states = vec![State::Exact(shown.clone())];
-        let mut links = Vec::new();
-        let mut last = 0;
-        let mut push = |states: &mut Vec<State>, name, state| {
-            states.push(state);
-            links.push(Link::between(name, last, states.len() - 1));
-            last = states.len() - 1;
-        };
+        let mut chain = Chain::from(State::Exact(shown.clone()));
         if !options.direct_from_truth {
-            push(&mut states, "direct light", State::Exact(run.image(options.technique, &options.settings, false, 0)?));
+            let exact = run.image(options.technique, &options.settings, false, 0)?;
+            chain.push("direct light", State::Exact(exact));
         }
-        push(&mut states, if in_world { UNTRACED } else { "noise" }, run.converged(&options.settings, Senders::All)?);
-        // The reference of the whole image; of its first bounce where that is all.
+        chain.push(if in_world { UNTRACED } else { "noise" }, run.converged(&options.settings, Senders::All)?);
+        // The reference of the whole image; that of its first bounce where there are no others.
         let mut whole = None;
         let settings = &bounces.first;
         if bounces.number > 1 {
-            let all = states.len() - 1;
-            states.push(State::Groups(traced.all));
-            states.push(State::Groups(traced.truth.clone()));
-            states.push(run.converged(settings, Senders::All)?);
-            whole = Some(all + 1);
-            last = all + 3;
-            links.push(Link { name: FURTHER, terms: vec![(all, 1.0), (last, -1.0), (all + 1, -1.0), (all + 2, 1.0)] });
+            let all = chain.last;
+            let (reference, first) =
+                (chain.add(State::Groups(traced.all)), chain.add(State::Groups(traced.truth.clone())));
+            chain.last = chain.add(run.converged(settings, Senders::All)?);
+            whole = Some(reference);
+            chain.link(FURTHER, vec![(all, 1.0), (chain.last, -1.0), (reference, -1.0), (first, 1.0)]);
         }
-        let mut push = |states: &mut Vec<State>, links: &mut Vec<Link>, name, state| {
-            states.push(state);
-            links.push(Link::between(name, last, states.len() - 1));
-            last = states.len() - 1;
-        };
         let plan = plan_technique_of_scene(&session.facts, options.technique, settings, options.size);
         let other_views = has_reflective_shadow_maps(&plan.map_err(bad)?);
         let visible = without_visibility(options.technique, settings).filter(|_| !other_views);
         let open = visible.as_ref().map(|settings| run.converged(settings, Senders::All)).transpose()?;
         if in_world {
-            push(&mut states, &mut links, INTERPOLATION, run.converged(&with_fine_records(settings)?, Senders::All)?);
-            push(&mut states, &mut links, REST, State::Groups(traced.truth.clone()));
+            chain.push(INTERPOLATION, run.converged(&with_fine_records(settings)?, Senders::All)?);
+            chain.push(REST, State::Groups(traced.truth));
         } else if other_views && session.facts.emitters.is_empty() {
-            let all = states.len() - 1;
-            states.push(run.converged(settings, Senders::Seen)?);
-            states.push(State::Groups(traced.on_screen));
-            states.push(State::Groups(traced.truth.clone()));
-            let (shown, on_screen) = (all + 1, all + 2);
-            last = all + 3;
-            links.push(Link::between(SHOWN, shown, on_screen));
-            let terms = vec![(all, 1.0), (shown, -1.0), (last, -1.0), (on_screen, 1.0)];
-            links.push(Link { name: ELSEWHERE, terms });
+            let all = chain.last;
+            let shown = chain.add(run.converged(settings, Senders::Seen)?);
+            let on_screen = chain.add(State::Groups(traced.on_screen));
+            chain.last = chain.add(State::Groups(traced.truth));
+            chain.link(SHOWN, vec![(shown, 1.0), (on_screen, -1.0)]);
+            chain.link(ELSEWHERE, vec![(all, 1.0), (shown, -1.0), (chain.last, -1.0), (on_screen, 1.0)]);
         } else if other_views {
-            push(&mut states, &mut links, EVERYWHERE, State::Groups(traced.truth.clone()));
+            chain.push(EVERYWHERE, State::Groups(traced.truth));
         } else {
             let exhaustive = run.image(technique("exhaustive").map_err(bad)?, &Settings::new(), false, 0)?;
-            push(&mut states, &mut links, "estimator and hierarchy", State::Exact(exhaustive));
-            push(&mut states, &mut links, "missing visibility", State::Groups(traced.on_screen));
-            push(&mut states, &mut links, "off-screen and hidden light", State::Groups(traced.truth.clone()));
+            chain.push("estimator and hierarchy", State::Exact(exhaustive));
+            chain.push("missing visibility", State::Groups(traced.on_screen));
+            chain.push("off-screen and hidden light", State::Groups(traced.truth));
         }
+        let Chain { mut states, mut links, last } = chain;
         if let Some(open) = open {
             // From the technique's own visibility to none belongs to the visibility link.
             states.push(open);
@@ -322,226 +332,4 @@ fn without_visibility(technique: &Technique, settings: &Settings) -> Option<Sett
 fn tests(complete: &Settings, key: &str) -> bool {
     let sources = key.strip_suffix("light_visibility").map(|technique| format!("{technique}sources"));
     sources.is_none_or(|sources| complete.get(&sources) != Some(&Value::parse("screen")))
-}
-
-/// How many bounces the image has.
-struct Bounces {
-    /// Their number, that of the reference.
-    number: u32,
-    /// The settings with one bounce.
-    first: Settings,
-}
-
-impl Bounces {
-    fn of(technique: &Technique, settings: &Settings) -> Result<Self, Error> {
-        let key = format!("{}.bounces", technique.name);
-        let complete = (technique.complete)(settings).map_err(bad)?;
-        let number = match complete.get(&key) {
-            // All of them.
-            Some(Value::Int(0)) => ALL_BOUNCES,
-            Some(Value::Int(number)) => u32::try_from(*number).map_err(bad)?,
-            _ => 1,
-        };
-        let mut first = settings.clone();
-        if number > 1 {
-            first.insert(key, Value::Int(1));
-        }
-        Ok(Self { number, first })
-    }
-}
-
-/// Whether a technique finds all light in the world and builds on the frames before.
-fn keeps_light_in_world(session: &Session, options: &Options) -> Result<bool, Error> {
-    let sources = (options.technique.sources)(&options.settings).map_err(bad)?;
-    let everywhere = [sources.lamps, sources.emitters, sources.sky].iter().all(|reach| *reach == Reach::Scene);
-    let plan = plan_technique_of_scene(&session.facts, options.technique, &options.settings, options.size);
-    let plan = plan.map_err(bad)?;
-    Ok(everywhere && plan.has_history() && !has_reflective_shadow_maps(&plan))
-}
-
-/// The settings of the radiance cache with the narrowest records, and as many more rays as there are more records.
-fn with_fine_records(settings: &Settings) -> Result<Settings, Error> {
-    let now = RadianceCache::from_settings(settings).map_err(bad)?;
-    let range = |name: &str| {
-        let declared = RadianceCache::parameters().into_iter().find(|parameter| parameter.name == name);
-        declared.map_or((0.0, f64::INFINITY), |parameter| match parameter.kind {
-            Kind::Int(low, high) => (low as f64, high as f64),
-            Kind::Float(low, high) => (low, high),
-            Kind::Choice(_) => (0.0, f64::INFINITY),
-        })
-    };
-    let spacing = range("spacing").0 as f32;
-    let more = f64::from((now.spacing / spacing).powi(2)) * f64::from(now.rays);
-    let fine = RadianceCache { spacing, rays: more.min(range("rays").1) as u32, ..now };
-    Ok(fine.to_settings())
-}
-
-/// What the path tracer says.
-struct TracedGroups {
-    albedo: Vec<Rgb>,
-    direct: Vec<Rgb>,
-    mask: Vec<bool>,
-    /// `albedo * light`, by group: of the first bounce what the screen shows and all of it, and of all bounces.
-    on_screen: Vec<Vec<Rgb>>,
-    truth: Vec<Vec<Rgb>>,
-    all: Vec<Vec<Rgb>>,
-}
-
-fn trace(native: &NativeGpu, scene: &Scene, options: &Options, bounces: u32) -> Result<TracedGroups, Error> {
-    let source = TruthSource::new(&native.gpu, scene, options.cache.clone());
-    let stop = Stop { error_block: 8, ..Stop::at_samples(options.samples_per_pixel.div_ceil(GROUPS).max(1)) };
-    let progress = Progress::new(&format!("reference of {}", scene.name), 100 * u64::from(GROUPS));
-    let mut groups: Option<TracedGroups> = None;
-    for group in 0..GROUPS {
-        let seed = options.seed.wrapping_add(1 + group);
-        let request = TruthRequest {
-            bounce1: true,
-            on_screen: true,
-            bounces,
-            seed,
-            ..TruthRequest::new(scene.camera, options.size)
-        };
-        let done = |part: f32| {
-            let percent = 100 * u64::from(group) + (100.0 * part) as u64;
-            progress.set(percent, &format!("group {} of {GROUPS}", group + 1));
-        };
-        let traced = source.trace(&request, stop, &mut |now| done(now.fraction)).map_err(bad)?.truth;
-        let lit = |light: Option<&Estimate<Rgb>>| match light {
-            Some(light) => reflected(&traced.albedo, &light.mean),
-            None => vec![[0.0; 3]; traced.albedo.len()],
-        };
-        let (on_screen, all) = (lit(traced.on_screen.as_ref()), lit(traced.bounce1.as_ref()));
-        let groups = groups.get_or_insert_with(|| TracedGroups {
-            mask: traced.depth.iter().map(|&depth| depth > 0.0).collect(),
-            albedo: traced.albedo.clone(),
-            direct: traced.direct.clone(),
-            on_screen: Vec::new(),
-            truth: Vec::new(),
-            all: Vec::new(),
-        });
-        groups.on_screen.push(on_screen);
-        groups.truth.push(all);
-        groups.all.push(lit(traced.indirect.as_ref()));
-    }
-    progress
-        .finish(&format!("reference of {}: {GROUPS} groups of {} samples a pixel", scene.name, stop.samples_per_pixel));
-    groups.ok_or_else(|| Error::Failed("nothing was traced: run again".into()))
-}
-
-fn reflected(albedo: &[Rgb], light: &[Rgb]) -> Vec<Rgb> {
-    albedo.iter().zip(light).map(|(a, l)| std::array::from_fn(|c| a[c] * l[c])).collect()
-}
-
-/// Which surfaces of the lights' views send light on.
-#[derive(Clone, Copy, PartialEq)]
-enum Senders {
-    All,
-    /// Those that the camera sees.
-    Seen,
-}
-
-/// Runs the technique and its relatives.
-struct Run<'a> {
-    session: &'a Session<'a>,
-    options: &'a Options,
-    albedo: &'a [Rgb],
-    direct: &'a [Rgb],
-    /// Whether the technique keeps light in the world: frames follow each other.
-    in_world: bool,
-}
-
-impl Run<'_> {
-    fn frames(
-        &self,
-        technique: &'static Technique,
-        settings: &Settings,
-        rendered: bool,
-        seed: u32,
-        senders: Senders,
-    ) -> Result<Frames<'_>, Error> {
-        let request = Request {
-            technique,
-            settings: settings.clone(),
-            size: self.options.size,
-            seed,
-            direct: (!rendered).then_some(self.direct),
-        };
-        let facts = SceneFacts { only_seen_surfaces_send: senders == Senders::Seen, ..self.session.facts.clone() };
-        self.session.frames_of(&facts, &request)
-    }
-
-    /// `albedo * indirect` of one frame. `rendered` says where its direct light comes from; `other` is added to the seed.
-    fn image(
-        &self,
-        technique: &'static Technique,
-        settings: &Settings,
-        rendered: bool,
-        other: u32,
-    ) -> Result<Vec<Rgb>, Error> {
-        let seed = self.options.seed.wrapping_add(other);
-        let mut frames = self.frames(technique, settings, rendered, seed, Senders::All)?;
-        let count = if self.in_world { self.options.frame.max(1) } else { 1 };
-        for frame in 0..count {
-            frames.run(frame)?;
-        }
-        self.read(&frames)
-    }
-
-    fn read(&self, frames: &Frames) -> Result<Vec<Rgb>, Error> {
-        let light = frames.read_rgb("indirect")?;
-        // The reference's albedo for all, so that it cancels in every difference.
-        Ok(light.map_or_else(|| vec![[0.0; 3]; self.albedo.len()], |light| reflected(self.albedo, &light)))
-    }
-
-    /// The mean over many frames, by group; a technique without random samples needs one frame.
-    fn converged(&self, settings: &Settings, senders: Senders) -> Result<State, Error> {
-        let technique = self.options.technique;
-        // What a technique with other views finds differs from seed to seed.
-        if senders == Senders::All {
-            let [one, other] = [1, 2].map(|seed| self.image(technique, settings, false, seed));
-            let one = one?;
-            if one == other? {
-                return Ok(State::Exact(one));
-            }
-        }
-        if self.in_world {
-            return self.settled(settings);
-        }
-        let each = self.options.frames.div_ceil(GROUPS).max(1);
-        let progress = Progress::new("converged image", u64::from(each * GROUPS));
-        let mut groups = Vec::new();
-        for group in 0..GROUPS {
-            let seed = self.options.seed.wrapping_add(1 + group);
-            let mut frames = self.frames(technique, settings, false, seed, senders)?;
-            let mut sum = vec![[0.0f64; 3]; self.albedo.len()];
-            for frame in 0..each {
-                // Numbers that no other group has: frames and seeds meet in one hash.
-                frames.run(1 + group * each + frame)?;
-                let image = self.read(&frames)?;
-                sum.iter_mut().flatten().zip(image.iter().flatten()).for_each(|(s, &v)| *s += f64::from(v));
-                progress.set(u64::from(group * each + frame + 1), technique.name);
-            }
-            groups.push(sum.iter().map(|s| s.map(|v| (v / f64::from(each)) as f32)).collect());
-        }
-        progress.finish(&format!("converged image: {} frames", each * GROUPS));
-        Ok(State::Groups(groups))
-    }
-
-    /// The image after many frames of a technique that keeps light, by group.
-    fn settled(&self, settings: &Settings) -> Result<State, Error> {
-        let count = self.options.frames.max(1);
-        let progress = Progress::new("converged image", u64::from(count * GROUPS));
-        let mut groups = Vec::new();
-        for group in 0..GROUPS {
-            let seed = self.options.seed.wrapping_add(1 + group);
-            let mut frames = self.frames(self.options.technique, settings, false, seed, Senders::All)?;
-            for frame in 0..count {
-                frames.run(frame)?;
-                progress.set(u64::from(group * count + frame + 1), self.options.technique.name);
-            }
-            groups.push(self.read(&frames)?);
-        }
-        progress.finish(&format!("converged image: frame {count} of {GROUPS} seeds"));
-        Ok(State::Groups(groups))
-    }
 }

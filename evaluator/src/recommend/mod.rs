@@ -6,7 +6,7 @@ use std::{path::Path, time::Instant};
 use halflight_metrics::Metric;
 use halflight_native::{NativeGpu, scene_hash::scene_hash};
 use halflight_output::OutputFolder;
-use halflight_recommend::{Answer, Family, Goal, Interval, NoAnswer, Outcome, Point, Request, Search, Stage};
+use halflight_recommend::{Advice, Answer, Family, Goal, Interval, NoAnswer, Outcome, Point, Request, Search, Stage};
 use halflight_renderer::{gi::Technique, parameters::Value, plan_technique_of_scene, scene::SceneFacts, truth::is_lit};
 use halflight_scenes::Scene;
 use halflight_techniques::TECHNIQUES;
@@ -64,6 +64,14 @@ pub fn families(techniques: &[&'static Technique]) -> Vec<Family> {
     if techniques.is_empty() { all() } else { techniques.iter().map(|technique| Family::of(technique)).collect() }
 }
 
+/// What would help, by the options of the command.
+pub const ADVICE: Advice = Advice {
+    other_techniques: "name another technique with --technique, or leave it out to search all",
+    more_time: "raise --budget-ms or lower --size",
+    larger_error: "raise --error-bound, or give the search more --minutes",
+    other_metric: "another --metric",
+};
+
 /// What a search found, and how.
 pub struct Found {
     /// The answer, or why there is none.
@@ -104,6 +112,7 @@ pub fn recommend(
         size: options.size,
         reduced: reduced(options.size),
         most_cells: None,
+        advice: &ADVICE,
     };
     let mut search = match Search::new(request, facts.clone(), families(&options.techniques)) {
         Ok(search) => search,
@@ -163,8 +172,7 @@ pub fn recommend(
     Ok(Found { answer, frame, achieved, seconds, stopped })
 }
 
-/// What remains of the error, from an explanation of a small image; `None` where it cannot be explained, such as with a
-/// history. An explanation follows the first bounce.
+/// What remains of the error of the first bounce, from an explanation of a small image; `None` where it cannot be explained.
 fn remains(native: &NativeGpu, scene: &Scene, options: &Options, answer: &Answer) -> Option<String> {
     let mut settings = answer.point.settings.clone();
     if let Some(bounces) = settings.get_mut(&format!("{}.bounces", answer.point.technique.name)) {

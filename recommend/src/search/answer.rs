@@ -159,8 +159,9 @@ impl Search {
             return Err(NoAnswer(match (&self.too_slow, self.refused().first()) {
                 (Some((ms, technique)), _) => format!(
                     "nothing comes near the budget: even at {w}x{h}, a first frame of the fastest technique, {technique}, takes \
-                     {} ms; raise --budget-ms or lower --size",
-                    short(*ms)
+                     {} ms; {}",
+                    short(*ms),
+                    self.request.advice.more_time
                 ),
                 (None, Some(reason)) => format!("no configuration could be measured: {reason}"),
                 (None, None) => "nothing was measured yet: give the search more time".to_owned(),
@@ -184,18 +185,19 @@ impl Search {
             let lowest = known.iter().min_by(|a, b| a.error.total_cmp(&b.error)).unwrap_or(&fastest);
             return Err(NoAnswer(match self.request.goal {
                 Goal::Budget(budget) => format!(
-                    "nothing runs in {} ms at {w}x{h}: the fastest found, {}, takes up to {} ms; raise --budget-ms or lower --size",
+                    "nothing runs in {} ms at {w}x{h}: the fastest found, {}, takes up to {} ms; {}",
                     short(budget),
                     self.point(&fastest).label(),
-                    short(fastest.time_high)
+                    short(fastest.time_high),
+                    self.request.advice.more_time
                 ),
                 Goal::ErrorBound(bound) => format!(
-                    "no configuration reaches a {name} of {}: the best found, {}, has {} in {} ms; raise --error-bound, or \
-                     give the search more --minutes",
+                    "no configuration reaches a {name} of {}: the best found, {}, has {} in {} ms; {}",
                     short(bound),
                     self.point(lowest).label(),
                     short(lowest.error),
-                    short(lowest.time)
+                    short(lowest.time),
+                    self.request.advice.larger_error
                 ),
             }));
         };
@@ -209,7 +211,10 @@ impl Search {
                     self.point(better).label(),
                     short(better.error)
                 ),
-                None => "no measured configuration is better at any time; by another --metric some may be".to_owned(),
+                None => format!(
+                    "no measured configuration is better at any time; by {} some may be",
+                    self.request.advice.other_metric
+                ),
             };
             return Err(NoAnswer(format!(
                 "by {name}, showing no indirect light ({}) beats everything within the limit: the best, {}, has {}; {help}",

@@ -1,6 +1,6 @@
 // Textures of the scene's materials, all in one texture of words: more than fit a storage buffer of a browser.
 import package::common::scene::NO_TEXTURE;
-import package::common::texture_pool::{Level, texture_level, texture_footprint, filter_footprint};
+import package::common::texture_pool::{Level, next_level, texture_level, texture_footprint, filter_footprint};
 
 @group(0) @binding(22) var texels: texture_2d_array<u32>;
 
@@ -48,12 +48,12 @@ fn sample_pixel(start: u32, uv: vec2f, across: vec2f, down: vec2f) -> vec4f {
     let texel = max(max(shorter, longer / MOST_RATIO), 1.0);
     // The longer side in texels of the chosen level, at least 1.
     let length = max(longer / texel, 1.0);
-    let last = firstLeadingBit(max(size.x, size.y));
-    let wanted = min(log2(texel), f32(last));
+    let wanted = min(log2(texel), f32(firstLeadingBit(max(size.x, size.y))));
     let finer = u32(wanted);
     let share = wanted - f32(finer);
     let fine = texture_level(start, size, finer);
-    let coarse = texture_level(start, size, min(finer + 1u, last));
+    // Not read where the finer one is the last.
+    let coarse = next_level(fine);
     // One sample for each texel of that length. Those at its ends count for the part of them inside, so that the mean does not
     // jump where their number changes.
     let reach = ceil(0.5 * length - 0.5);

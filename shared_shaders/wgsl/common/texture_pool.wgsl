@@ -25,11 +25,16 @@ struct Level {
     size: vec2u,
 }
 
+/// The level after another one, whose texels are twice as wide.
+fn next_level(level: Level) -> Level {
+    return Level(level.first + level.size.x * level.size.y, max(level.size / 2u, vec2u(1u)));
+}
+
 /// A level of the texture whose header is at `start`, with `size` texels in level 0.
 fn texture_level(start: u32, size: vec2u, index: u32) -> Level {
     var level = Level(start + HEADER, size);
     for (var i = 0u; i < index; i++) {
-        level = Level(level.first + level.size.x * level.size.y, max(level.size / 2u, vec2u(1u)));
+        level = next_level(level);
     }
     return level;
 }

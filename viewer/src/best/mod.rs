@@ -128,6 +128,7 @@ impl BestSearch {
             size: subject.size,
             reduced: reduced(subject.size),
             most_cells: None,
+            advice: &words::ADVICE,
         };
         Ok(Self {
             question,
@@ -277,17 +278,12 @@ impl BestSearch {
             Outcome::Measured(Measured { times, passes, errors, reference_noise: metric.of_square(NOISE_LEFT * noise) })
         };
         if cell.technique.name == "none" {
+            // The error of nothing is known without a measurement; without a surface it is not defined.
             let surfaces = reference.tracer.found.as_ref().is_none_or(Reference::has_surfaces);
-            let nothing = Estimate { square: if surfaces { 0.0 } else { f64::NAN }, noise: 0.0 };
-            return Ok(match reference.black.filter(|_| surfaces) {
-                Some(black) => measured(Vec::new(), Vec::new(), black),
-                // `max` would turn NaN, an error that is not defined, into 0.
-                None => Outcome::Measured(Measured {
-                    times: Vec::new(),
-                    passes: Vec::new(),
-                    errors: vec![nothing.square],
-                    reference_noise: 0.0,
-                }),
+            let unlit = Estimate { square: 0.0, noise: 0.0 };
+            return Ok(match surfaces {
+                true => measured(Vec::new(), Vec::new(), reference.black.unwrap_or(unlit)),
+                false => Outcome::Measured(Measured { errors: vec![f64::NAN], ..Measured::default() }),
             });
         }
         let side = match side {

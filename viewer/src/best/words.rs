@@ -1,17 +1,16 @@
 //! What a search found, in sentences.
 
-use halflight_recommend::{Answer, NoAnswer, Point, Step};
+use halflight_recommend::{Advice, Answer, NoAnswer, Point, Step};
 
 use crate::{error::Metric, numbers::milliseconds};
 
-/// Options of the command line in the sentences of the search, and what they are in the viewer.
-const OPTIONS: [(&str, &str); 5] = [
-    ("name another technique with --technique, or leave it out to search all", "search all techniques"),
-    ("raise --budget-ms or lower --size", "allow more time, or choose a smaller size"),
-    ("by another --metric", "by another metric"),
-    ("raise --error-bound, or give the search more --minutes", "allow a larger error"),
-    ("raise --budget-ms", "allow more time"),
-];
+/// What would help, in the words of the viewer.
+pub const ADVICE: Advice = Advice {
+    other_techniques: "search all techniques",
+    more_time: "allow more time, or choose a smaller size",
+    larger_error: "allow a larger error",
+    other_metric: "another metric",
+};
 
 /// A technique with the number of its changed settings.
 fn named(point: &Point) -> String {
@@ -60,7 +59,7 @@ pub fn found(answer: &Answer, budget_ms: f64, metric: Metric, cells: usize) -> S
 
 /// Why there is no answer.
 pub fn not_found(reason: &NoAnswer) -> String {
-    let text = OPTIONS.iter().fold(reason.to_string(), |text, (option, words)| text.replace(option, words));
+    let text = reason.to_string();
     let mut letters = text.chars();
     let first = letters.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
     format!("{first}{}.", letters.as_str())
@@ -131,7 +130,7 @@ mod tests {
             Family::of(technique).restricted(technique.main)
         });
         let goal = Goal::Budget(budget_ms);
-        let request = Request { goal, metric, size: [96, 54], reduced: [96, 54], most_cells: None };
+        let request = Request { goal, metric, size: [96, 54], reduced: [96, 54], most_cells: None, advice: &ADVICE };
         let mut search = match Search::new(request, facts, families.collect()) {
             Ok(search) => search,
             Err(reason) => return not_found(&reason),

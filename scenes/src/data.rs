@@ -1,11 +1,12 @@
 //! The scene as plain data. Positions and directions are in world space, relative to [`Scene::origin`].
 
 use glam::{Mat4, Vec3};
+use serde::{Deserialize, Serialize};
 
-use crate::moves::Moves;
+use crate::{bulk, moves::Moves};
 
 /// A complete scene: everything that a renderer or a path tracer reads.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// Name for tables and file names.
     pub name: String,
@@ -38,7 +39,7 @@ pub struct Scene {
 /// Where the surfaces of a model come from, and how they were transformed: one `[[model]]` of a scene file.
 ///
 /// A saved scene refers to its models by this, so that it needs no copy of their triangles.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Model {
     /// The origin of the surfaces.
     pub source: ModelSource,
@@ -47,7 +48,7 @@ pub struct Model {
 }
 
 /// The origin of a model.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ModelSource {
     /// A generator, by name: one of [`crate::generators::NAMES`].
     Generator(String),
@@ -56,7 +57,7 @@ pub enum ModelSource {
 }
 
 /// Scale, then rotation, then translation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Transform {
     /// Translation, scene units.
     pub translate: [f32; 3],
@@ -73,17 +74,21 @@ impl Default for Transform {
 }
 
 /// Indexed triangles of one material.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     /// Name of the object in its file, for messages.
     pub name: String,
     /// Positions, scene units.
+    #[serde(with = "bulk")]
     pub positions: Vec<[f32; 3]>,
     /// Unit shading normals, one for each position.
+    #[serde(with = "bulk")]
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates, one for each position, `v` running downwards (row 0 is the top of the image).
+    #[serde(with = "bulk")]
     pub uvs: Vec<[f32; 2]>,
     /// Three indices per triangle.
+    #[serde(with = "bulk")]
     pub indices: Vec<u32>,
     /// Index into [`Scene::materials`].
     pub material: usize,
@@ -95,7 +100,7 @@ pub struct Mesh {
 }
 
 /// A surface. Surfaces are two-sided; the diffuse BRDF is `albedo / pi`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Name in its file.
     pub name: String,
@@ -140,7 +145,7 @@ impl Default for Material {
 }
 
 /// An image as stored in its file: 8 bits per channel, colour sRGB-encoded.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Texture {
     /// File name relative to its material library, for messages and export.
     pub name: String,
@@ -150,11 +155,12 @@ pub struct Texture {
     pub height: u32,
     /// `width * height * 4` bytes, RGBA, rows from top to bottom. In an alpha mask the alpha channel holds the mask
     /// (255 is opaque), whichever channel of the file it came from.
+    #[serde(with = "bulk")]
     pub rgba: Vec<u8>,
 }
 
 /// A punctual light. Directions are those in which the light travels; they need not be unit length.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Light {
     /// Parallel light.
     Directional {
@@ -187,7 +193,7 @@ pub enum Light {
 }
 
 /// A pinhole camera. View space is right-handed, +y up, looking along -z.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// World position of the eye.
     pub eye: [f32; 3],
@@ -227,7 +233,7 @@ impl Camera {
 ///
 /// The direction d through the centre of the texel (x, y) satisfies
 /// x = (0.5 + atan2(d.x, -d.z) / 2 pi) width and y = acos(d.y) / pi height. Radiance is constant over a texel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Environment {
     /// File name relative to the scene file; `None` if the scene file gives a constant radiance.
     pub map: Option<String>,
@@ -236,6 +242,7 @@ pub struct Environment {
     /// Rows.
     pub height: u32,
     /// Radiance, W sr^-1 m^-2, rows from top to bottom.
+    #[serde(with = "bulk")]
     pub texels: Vec<[f32; 3]>,
 }
 

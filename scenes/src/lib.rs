@@ -19,6 +19,7 @@
 //! # Ok::<(), halflight_scenes::SceneError>(())
 //! ```
 
+pub mod bulk;
 pub mod bundled;
 mod data;
 mod error;

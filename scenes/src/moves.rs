@@ -1,10 +1,11 @@
 //! Animation as data: keyframes of models, lights and the camera.
 
 use glam::{EulerRot, Mat4, Quat, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// A keyframe of an animated model or light. Numbers between two keyframes are interpolated linearly; before the first
 /// keyframe and after the last one they are constant.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Keyframe {
     /// Frame number.
     pub frame: u32,
@@ -23,7 +24,7 @@ impl Default for Keyframe {
 }
 
 /// The motion of a model or a light.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     /// World position, in the rest pose, of the fixed point of rotation and scale.
     pub pivot: [f32; 3],
@@ -32,7 +33,7 @@ pub struct Motion {
 }
 
 /// A keyframe of an animated camera; interpolated like [`Keyframe`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraKeyframe {
     /// Frame number.
     pub frame: u32,
@@ -46,7 +47,7 @@ pub struct CameraKeyframe {
 }
 
 /// The animation of a scene; empty for a static one.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Moves {
     /// Motions of models; [`crate::Mesh::object`] refers to them by index.
     pub objects: Vec<Motion>,

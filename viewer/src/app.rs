@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use eframe::egui;
 use halflight_frame_graph::Gpu;
-use halflight_scenes::{Camera, Light, Scene};
+use halflight_scenes::{Camera, Light};
 use web_time::{Duration, Instant};
 
 use crate::{
@@ -33,6 +33,7 @@ mod best;
 mod controls;
 mod inspect;
 mod interface;
+mod load;
 mod receive;
 mod result;
 mod save;
@@ -77,11 +78,7 @@ pub struct Viewer {
     adapter: String,
     software: bool,
     stage: Option<Stage>,
-    /// Name of the scene of `stage`, or of the scene that could not be loaded.
-    loaded: String,
-    dropped: Option<Scene>,
-    /// Whether the loading message is on the screen.
-    announced: bool,
+    loads: load::Loads,
     sides: [Option<Side>; 2],
     /// Sides that are no longer shown, but may be painted in this pass.
     closed: Vec<Side>,
@@ -107,8 +104,6 @@ pub struct Viewer {
     marks: Marks,
     started: Instant,
     first_picture: Option<Duration>,
-    /// Time that reading the scene and preparing it for the device took, milliseconds.
-    scene_ms: [f64; 2],
     benchmark: bool,
     ready: bool,
     settled: bool,
@@ -194,9 +189,7 @@ impl Viewer {
             software: info.device_type == wgpu::DeviceType::Cpu || SOFTWARE.iter().any(|name| adapter.contains(name)),
             adapter,
             stage: None,
-            loaded: String::new(),
-            dropped: None,
-            announced: false,
+            loads: load::Loads::default(),
             sides: [None, None],
             closed: Vec::new(),
             search: Default::default(),
@@ -218,7 +211,6 @@ impl Viewer {
             marks: Marks::default(),
             started: Instant::now(),
             first_picture: None,
-            scene_ms: [0.0; 2],
             benchmark,
             ready: false,
             settled: false,
@@ -305,7 +297,7 @@ impl Viewer {
             screen: self.screen.into(),
             tried: self.trade.tried.len(),
             best: self.best.report(),
-            scene_ms: self.scene_ms,
+            scene_ms: self.loads.milliseconds,
             first_picture_ms: self.first_picture.map(|time| time.as_secs_f64() * 1e3),
         }
     }
@@ -379,6 +371,7 @@ impl eframe::App for Viewer {
         }
         let before = (self.state.camera, self.state.lights.clone(), self.state.frame);
         let sides = self.state.sides.clone();
+        let pictured = self.sides[0].as_ref().is_some_and(|side| side.is_drawn() && side.picture().is_some());
         self.interface(ui);
         self.hints.settings |= sides != self.state.sides;
         self.hints.play |= self.playing.is_some();
@@ -388,11 +381,11 @@ impl eframe::App for Viewer {
         if let Some(render) = frame.wgpu_render_state() {
             self.advance(&ctx, &mut render.renderer.write());
         }
-        if self.first_picture.is_none()
-            && self.sides[0].as_ref().is_some_and(|side| side.is_drawn() && side.picture().is_some())
-        {
+        // The interface has shown it in this pass.
+        if self.first_picture.is_none() && pictured {
             self.first_picture = Some(self.started.elapsed());
             self.host.first_picture();
+            ctx.request_repaint();
         }
         // An undo step ends when no button and no key is down.
         if !ctx.input(|i| i.pointer.any_down() || !i.keys_down.is_empty()) {

@@ -1,9 +1,11 @@
 //! What surrounds the application: a page or a window, and the device that it opens.
 
-use std::sync::Arc;
+use std::{any::Any, sync::Arc};
 
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use halflight_frame_graph::Gpu;
+
+use crate::loading::{Delivery, Source, prepare};
 
 /// What a page or a window does for the application.
 pub trait Host {
@@ -32,6 +34,18 @@ pub trait Host {
     }
     /// Asks the user for files, and opens them with [`Viewer::open`](crate::Viewer::open) later.
     fn choose_files(&mut self) {}
+    /// Reads a source and prepares its scene with [`prepare`](crate::loading::prepare). The work stops when what is returned is
+    /// dropped. By default another thread does it; browsers have none, so that a page has to do it elsewhere or blocks.
+    fn load(&mut self, source: &Source, delivery: Delivery) -> Box<dyn Any> {
+        let source = source.clone();
+        let work = move || prepare(source, |part| delivery.part(part));
+        #[cfg(not(target_arch = "wasm32"))]
+        std::thread::spawn(work);
+        #[cfg(target_arch = "wasm32")]
+        work();
+        // The thread stops at the next part that nobody takes.
+        Box::new(())
+    }
     /// Whether files on disk can be read by their path.
     fn reads_disk(&self) -> bool {
         false

@@ -49,6 +49,7 @@ mod hints;
 mod host;
 #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
 mod hot_reload;
+pub mod loading;
 mod marks;
 mod messages;
 mod numbers;

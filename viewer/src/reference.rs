@@ -5,7 +5,6 @@ use std::time::Duration;
 use halflight_frame_graph::Gpu;
 use halflight_metrics::{Rgb, mean, relative_floor};
 use halflight_renderer::{
-    scene::SceneBuffers,
     truth::{Reading, Request, Stop, Trace, Tracer, Truth, TruthError},
 };
 use halflight_scenes::{Camera, Light};
@@ -14,7 +13,7 @@ use wgpu::util::DeviceExt;
 use crate::{
     error::{Errors, Estimate, Halves, Metric},
     show::ReferenceTextures,
-    stage::Stage,
+    stage::{Bvh, Stage},
     timing::Work,
 };
 
@@ -116,20 +115,18 @@ impl ReferenceTracer {
         other
     }
 
-    /// Continues the reference of this picture as far as the device is ready. Returns whether there is more to do. Does
-    /// not wait for the device, but the first call for a scene blocks while it builds the BVH.
+    /// Continues the reference of this picture as far as the device and the BVH are ready. Returns whether there is more to
+    /// do.
     ///
     /// # Errors
     /// If the scene or the picture is too large for the device.
     pub fn step(&mut self, gpu: &Gpu, stage: &Stage, subject: &Subject) -> Result<bool, TruthError> {
         if self.tracer.is_none() {
-            self.tracer = Some(if stage.is_animated() {
-                // A posed scene has no larger buffers than the stage's own, which fit.
-                let posed = stage.scene.posed(subject.frame);
-                Tracer::new(gpu, &posed, &SceneBuffers::new(gpu, &posed))?
-            } else {
-                Tracer::new(gpu, &stage.scene, &stage.buffers)?
-            });
+            if let Bvh::Failed(error) = &stage.bvh {
+                return Err(error.clone().into());
+            }
+            let Some((scene, buffers)) = stage.traceable(subject.frame) else { return Ok(true) };
+            self.tracer = Some(Tracer::new(gpu, scene, buffers)?);
         }
         let texture_filter = stage.texture_filter();
         let request =

@@ -15,7 +15,7 @@ const DEEPEST_ZIP: u32 = 3;
 type File = (String, Vec<u8>);
 
 /// What files that were dropped together contain.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Opened {
     /// The scene, with the environment map if there is one.
     pub scene: Option<Scene>,
@@ -25,6 +25,8 @@ pub struct Opened {
     pub presets: Vec<(String, Preset)>,
     /// What was not used, a sentence each.
     pub warnings: Vec<String>,
+    /// Whether an environment map without a scene lights the scene of another source.
+    pub is_lit: bool,
 }
 
 /// The contents of files that were dropped together: a model or a scene file with its materials and textures, an environment
@@ -79,7 +81,7 @@ pub fn dropped(files: Vec<File>) -> Result<Opened, SceneError> {
                 names.join(", ")
             )));
         }
-        return Ok(Opened { scene: None, environment, presets, warnings });
+        return Ok(Opened { environment, presets, warnings, ..Opened::default() });
     };
     // Dropped files have no folders, but materials refer to textures with folders, so files are also found by name alone.
     let flat: Vec<_> = rest.iter().map(|(name, bytes)| (bare(name).to_owned(), bytes.clone())).collect();
@@ -89,7 +91,7 @@ pub fn dropped(files: Vec<File>) -> Result<Opened, SceneError> {
         scene.environment = environment;
     }
     warnings.append(&mut scene.warnings);
-    Ok(Opened { scene: Some(scene), environment: None, presets, warnings })
+    Ok(Opened { scene: Some(scene), presets, warnings, ..Opened::default() })
 }
 
 /// Whether a TOML file is a preset: it has a key `technique`.

@@ -8,7 +8,7 @@ use halflight_renderer::{
     PlanInputs,
     parameters::{ParameterType, SettingsError},
     plan_frame, plan_within,
-    scene::{LIGHTS, SceneMotion, camera_view},
+    scene::{LIGHTS, SceneMotion, camera_view, traces_rays},
 };
 use halflight_scenes::{Camera, Light};
 use web_time::Instant;
@@ -20,7 +20,7 @@ use crate::{
     reference::Reference,
     seen::{Key, Seen},
     show::{Look, ReferenceTextures, show},
-    stage::Stage,
+    stage::{Bvh, Stage},
     state::{Configuration, View},
     timing::{Method, Round, Times, Work, is_coarse},
 };
@@ -79,9 +79,8 @@ pub struct Side {
     /// Wall-clock time of the last whole frame, milliseconds.
     pub frame_ms: Option<f64>,
     check: Check,
-    /// Time that each step of making it took, milliseconds: the plan, the BVH and other buffers of the scene, and textures and
-    /// pipelines.
-    pub made_in: [f64; 3],
+    /// Time that each step of making it took, milliseconds: the plan, and textures and pipelines.
+    pub made_in: [f64; 2],
 }
 
 /// The time of a side's technique.
@@ -116,6 +115,8 @@ pub struct Wanted {
 pub enum Progress {
     /// There is nothing left to do.
     Idle,
+    /// Something else has to be done first, which requests the next pass.
+    Waiting,
     /// The side waits for the device.
     Busy,
     /// A round of repetitions runs, which painting would disturb. It requests the next pass itself.
@@ -138,32 +139,46 @@ fn plan(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2])
     })
 }
 
-/// Creates the buffers of the scene that only some plans need.
-fn prepare(gpu: &Gpu, stage: &Stage, plan: &FramePlan) -> Result<(), SettingsError> {
-    stage.buffers.prepare(gpu, &stage.scene, plan).map_err(|error| SettingsError(error.to_string()))
+/// Why a side cannot be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum NotMade {
+    /// It traces rays, and the BVH of the scene is not there yet.
+    #[error("Building the BVH…")]
+    Waits,
+    /// A setting is out of range, or the device or the scene cannot do it.
+    #[error("{0}")]
+    Refused(#[from] SettingsError),
+}
+
+/// Whether the scene has what a plan needs beyond the buffers of every scene.
+fn check_bvh(stage: &Stage, plan: &FramePlan) -> Result<(), NotMade> {
+    match &stage.bvh {
+        Bvh::Building if traces_rays(plan) => Err(NotMade::Waits),
+        Bvh::Failed(error) if traces_rays(plan) => Err(SettingsError(error.to_string()).into()),
+        _ => Ok(()),
+    }
 }
 
 impl Side {
     /// Plans a configuration and creates its resources. With `keep_all`, all of them can be shown and checked after a frame.
     ///
     /// # Errors
-    /// A setting out of range, or something that the device cannot hold.
+    /// A setting out of range, something that the device cannot hold, or no BVH yet.
     pub fn new(
         gpu: &Gpu,
         stage: &Stage,
         configuration: &Configuration,
         size: [u32; 2],
         keep_all: bool,
-    ) -> Result<Self, SettingsError> {
+    ) -> Result<Self, NotMade> {
         let begun = Instant::now();
         let plan = plan(gpu, stage, configuration, size)?;
+        check_bvh(stage, &plan)?;
         let planned = begun.elapsed();
-        prepare(gpu, stage, &plan)?;
-        let prepared = begun.elapsed();
         let externals = Externals { scene: Some(&stage.buffers), keep_all, ..Default::default() };
         let graph = CompiledGraph::new(gpu, plan, &externals);
         let compiled = begun.elapsed();
-        let made_in = [planned, prepared - planned, compiled - prepared].map(|time| time.as_secs_f64() * 1e3);
+        let made_in = [planned, compiled - planned].map(|time| time.as_secs_f64() * 1e3);
         let method = match gpu.timestamp_period {
             _ if stage.software => Method::Software,
             // A frame of very many passes has no timestamps.
@@ -203,7 +218,7 @@ impl Side {
     /// [`Side::new`].
     ///
     /// # Errors
-    /// A setting out of range, or something that the device cannot hold. The side then stays as it was.
+    /// A setting out of range, something that the device cannot hold, or no BVH yet. The side then stays as it was.
     pub fn update(
         &mut self,
         gpu: &Gpu,
@@ -211,8 +226,9 @@ impl Side {
         configuration: &Configuration,
         size: [u32; 2],
         keep_all: bool,
-    ) -> Result<bool, SettingsError> {
+    ) -> Result<bool, NotMade> {
         let new = plan(gpu, stage, configuration, size)?;
+        check_bvh(stage, &new)?;
         self.configuration.clone_from(configuration);
         let shares = !keep_all;
         if new == *self.graph.plan() && shares == self.graph.shares_memory() {
@@ -224,7 +240,6 @@ impl Side {
         if shares == self.graph.shares_memory() && self.graph.update(gpu, &new) {
             return Ok(true);
         }
-        prepare(gpu, stage, &new)?;
         // A temporal filter keeps its history under the new settings.
         let scene = Externals { scene: Some(&stage.buffers), keep_all, ..Default::default() };
         self.graph.replan(gpu, new, &scene);

@@ -4,9 +4,28 @@ use glam::Vec3;
 use halflight_frame_graph::Gpu;
 use halflight_renderer::{
     gi::TextureFilter,
-    scene::{SceneBuffers, SceneFacts, Sight},
+    scene::{BvhError, SceneBuffers, SceneBvh, SceneFacts, Sight},
 };
 use halflight_scenes::{Camera, Light, Scene};
+
+use crate::loading::Loaded;
+
+/// Whether rays can be traced through a scene.
+pub enum Bvh {
+    /// Not yet.
+    Building,
+    /// The buffers have it.
+    Built,
+    /// The scene has none.
+    Failed(BvhError),
+}
+
+/// An animated scene in one frame.
+struct Posed {
+    frame: u32,
+    scene: Scene,
+    buffers: SceneBuffers,
+}
 
 /// A scene on a device.
 pub struct Stage {
@@ -18,6 +37,10 @@ pub struct Stage {
     pub facts: SceneFacts,
     /// The scene's buffers.
     pub buffers: SceneBuffers,
+    /// Its BVH.
+    pub bvh: Bvh,
+    /// An animated scene as it is in one frame, for the path tracer.
+    posed: Option<Posed>,
     /// Whether the device is a software adapter.
     pub software: bool,
     sight: Sight,
@@ -30,13 +53,61 @@ const MOVED: f32 = 1.0 / 32.0;
 const ROTATED: f32 = 0.1;
 
 impl Stage {
-    /// Uploads a scene that the device can hold ([`SceneSize::check`](halflight_renderer::scene::SceneSize::check)).
-    /// `software` tells whether the device is a software adapter.
-    pub fn new(gpu: &Gpu, scene: Scene, software: bool) -> Self {
-        let sight = Sight::new(&scene);
-        let facts = SceneFacts::within(&scene, sight.extent(&[scene.camera]));
-        let buffers = SceneBuffers::new(gpu, &scene);
-        Self { original_lights: scene.lights.clone(), scene, facts, buffers, software, sight, looked_from: None }
+    /// A scene whose BVH is still being built. `software` tells whether the device is a software adapter.
+    pub fn new(loaded: Loaded, software: bool) -> Self {
+        let Loaded { scene, needs, sight, buffers } = loaded;
+        let facts = SceneFacts::with_needs(&scene, needs, sight.extent(&[scene.camera]));
+        Self {
+            original_lights: scene.lights.clone(),
+            scene,
+            facts,
+            buffers,
+            bvh: Bvh::Building,
+            posed: None,
+            software,
+            sight,
+            looked_from: None,
+        }
+    }
+
+    /// Uses the BVH of the scene, or keeps why there is none.
+    pub fn set_bvh(&mut self, bvh: Result<Box<SceneBvh>, BvhError>) {
+        self.bvh = match bvh {
+            Ok(bvh) => {
+                self.buffers.set_bvh(*bvh);
+                Bvh::Built
+            }
+            Err(error) => Bvh::Failed(error),
+        };
+    }
+
+    /// Uses the scene as it is in a frame, with its BVH, for the path tracer.
+    pub fn set_posed(&mut self, gpu: &Gpu, frame: u32, loaded: Loaded, bvh: SceneBvh) {
+        let Loaded { scene, buffers, .. } = loaded;
+        buffers.set_bvh(bvh);
+        self.posed = Some(Posed { frame, scene, buffers });
+        self.relight_posed(gpu);
+    }
+
+    /// The frame of the last [`Self::set_posed`].
+    pub fn posed_frame(&self) -> Option<u32> {
+        self.posed.as_ref().map(|posed| posed.frame)
+    }
+
+    /// The scene of a frame as the path tracer needs it; `None` while its BVH is being built.
+    pub fn traceable(&self, frame: u32) -> Option<(&Scene, &SceneBuffers)> {
+        if self.is_animated() {
+            let posed = self.posed.as_ref().filter(|posed| posed.frame == frame)?;
+            return Some((&posed.scene, &posed.buffers));
+        }
+        matches!(self.bvh, Bvh::Built).then_some((&self.scene, &self.buffers))
+    }
+
+    fn relight_posed(&mut self, gpu: &Gpu) {
+        if let Some(posed) = &mut self.posed {
+            posed.scene.lights = self.scene.pose(posed.frame).lights;
+            posed.buffers.relight(gpu, &posed.scene.lights);
+        }
     }
 
     /// How textures are read in pictures and in the reference, unless a setting says otherwise. Means over pixels take two to
@@ -52,7 +123,9 @@ impl Stage {
         }
         self.buffers.relight(gpu, &lights);
         self.scene.lights = lights;
-        self.facts = SceneFacts::within(&self.scene, self.facts.extent);
+        let extent = self.facts.extent;
+        self.facts.resize(&self.scene, extent);
+        self.relight_posed(gpu);
         true
     }
 

@@ -8,6 +8,8 @@ const LOSSES_WITHIN = 60000;
 const byId = (id) => document.getElementById(id);
 const losses = [];
 let program;
+// The compiled program, for workers.
+let compiled;
 // Number of times that the viewer was opened.
 let openings = 0;
 
@@ -48,6 +50,23 @@ async function untilFirstPicture(opened) {
   }
 }
 
+// Compiles the program once, for the page and its workers.
+async function compile() {
+  const response = await fetch("halflight_web_bg.wasm");
+  if (!response.ok) throw new Error(`The program cannot be loaded: ${response.status} ${response.statusText}`);
+  // Some servers send it under another type, which compileStreaming refuses.
+  const typed = response.headers.get("Content-Type")?.startsWith("application/wasm");
+  return typed ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
+}
+
+async function start() {
+  compiled ??= compile();
+  compiled.catch(() => { compiled = null; });
+  const [module, bindings] = await Promise.all([compiled, import("./halflight_web.js")]);
+  await bindings.default({ module_or_path: module });
+  return bindings;
+}
+
 async function open() {
   const opened = ++openings;
   say("Loading…", program ? "" : "The program has 2 MB.");
@@ -74,7 +93,7 @@ async function open() {
   const { vendor, architecture, description } = adapter.info ?? {};
   window.halflightAdapter = [vendor, architecture, description].filter(Boolean).join(" ");
   try {
-    program ??= await import("./halflight_web.js").then(async (module) => (await module.default({ module_or_path: "halflight_web_bg.wasm" }), module));
+    program ??= await start();
     const address = location.hash.slice(1);
     await program.start(freshCanvas(), address);
     window.halflight = program;
@@ -87,6 +106,20 @@ async function open() {
     ], String(error), open);
   }
 }
+
+// Starts a worker that loads a scene. Returns a function that stops it.
+window.halflightLoad = (source, receive) => {
+  const worker = new Worker("worker.js", { type: "module" });
+  const fail = (event) => {
+    event.preventDefault?.();
+    console.error(event.message ?? event);
+    receive("Halflight hit an internal error while it read the scene: open it again, or another one");
+  };
+  worker.onmessage = ({ data }) => receive(data);
+  worker.onerror = worker.onmessageerror = fail;
+  compiled.then((module) => worker.postMessage({ module, source }, [source.buffer])).catch(fail);
+  return () => worker.terminate();
+};
 
 window.halflightSave = (name, contents) => {
   const url = URL.createObjectURL(new Blob([contents], { type: "application/octet-stream" }));

@@ -1,8 +1,11 @@
 //! Functions for the page's script.
 
-use std::cell::RefCell;
+use std::{any::Any, cell::RefCell};
 
-use halflight_viewer::{Host, Viewer, configuration};
+use halflight_viewer::{
+    Host, Viewer, configuration,
+    loading::{Delivery, Part, Source, pack, pack_source, prepare, unpack_source},
+};
 use wasm_bindgen::prelude::*;
 
 #[wasm_bindgen]
@@ -19,6 +22,10 @@ extern "C" {
     /// Asks the user for files. Defined by the page.
     #[wasm_bindgen(js_name = halflightChoose)]
     fn choose();
+    /// Starts a worker that calls [`load`] with this source. `receive` gets each of its messages, and a text if the worker
+    /// fails. Returns a function that stops it. Defined by the page.
+    #[wasm_bindgen(js_name = halflightLoad)]
+    fn start_worker(source: js_sys::Uint8Array, receive: JsValue) -> js_sys::Function;
     /// Called when the device is lost. Defined by the page.
     #[wasm_bindgen(js_name = halflightLost)]
     fn device_lost(reason: &str);
@@ -32,6 +39,18 @@ thread_local! {
 
 /// The page around the viewer.
 struct Page;
+
+/// A worker that loads a scene, until this is dropped.
+struct Worker {
+    stop: js_sys::Function,
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        // It has nothing to say.
+        let _ = self.stop.call0(&JsValue::NULL);
+    }
+}
 
 impl Host for Page {
     fn show_address(&mut self, state: &str) {
@@ -74,6 +93,17 @@ impl Host for Page {
 
     fn choose_files(&mut self) {
         choose();
+    }
+
+    fn load(&mut self, source: &Source, delivery: Delivery) -> Box<dyn Any> {
+        let receive = Closure::<dyn FnMut(JsValue)>::new(move |message: JsValue| match message.dyn_into() {
+            Ok(bytes) => {
+                delivery.packed(js_sys::Uint8Array::to_vec(&bytes));
+            }
+            Err(text) => delivery.failed(text.as_string().unwrap_or_default()),
+        });
+        let source = js_sys::Uint8Array::from(pack_source(source).as_slice());
+        Box::new(Worker { stop: start_worker(source, receive.into_js_value()) })
     }
 
     fn first_picture(&mut self) {
@@ -126,6 +156,18 @@ pub fn go_to(address: &str) {
 #[wasm_bindgen]
 pub fn best_for(milliseconds: f64) {
     with(|viewer| viewer.best_for(milliseconds));
+}
+
+/// Reads a source and prepares its scene, in a worker. `send` gets the parts as bytes.
+#[wasm_bindgen]
+pub fn load(source: &[u8], send: &js_sys::Function) {
+    let send = |bytes: Vec<u8>| send.call1(&JsValue::NULL, &js_sys::Uint8Array::from(bytes.as_slice())).is_ok();
+    match unpack_source(source) {
+        Ok(source) => prepare(source, |part| send(pack(&part))),
+        Err(sentence) => {
+            send(pack(&Part::Failed(sentence)));
+        }
+    }
 }
 
 /// Adds a file to those that [`open_files`] opens.

@@ -8,11 +8,12 @@ use std::{
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, vec2};
 use halflight_frame_graph::{FramePlan, Gpu, Provider, Triangles};
-use halflight_scenes::{Light, Mesh, Scene};
+use halflight_scenes::{Light, Mesh, Scene, bulk};
+use serde::{Deserialize, Serialize};
 
 use super::{
-    BvhError, SceneBvh, bvh::MovingBvh, environment::environment_words, numbered_triangles::NumberedTriangles,
-    texel_pool,
+    BvhError, Piece, Pieces, SceneBvh, bvh::MovingBvh, contents::{BufferPart, Part, TexturePart}, environment::environment_words,
+    numbered_triangles::NumberedTriangles, texel_pool,
 };
 
 /// Twin of `Vertex` in `common/scene.wgsl`.
@@ -103,9 +104,31 @@ pub struct SceneBuffers {
     bvh: OnceLock<SceneBvh>,
 }
 
-impl SceneBuffers {
-    /// Uploads a scene that the device can hold: see [`SceneSize::check`](super::SceneSize::check).
-    pub fn new(gpu: &Gpu, scene: &Scene) -> Self {
+/// What the buffers of a scene hold apart from their contents.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SceneContents {
+    /// Bytes of the buffers that every scene has.
+    vertices: u64,
+    indices: u64,
+    materials: u64,
+    texels: u64,
+    lights: u64,
+    /// Bytes of those that only some have.
+    objects: Option<u64>,
+    environment: Option<u64>,
+    solid: Vec<Range<u32>>,
+    open: Vec<Range<u32>>,
+    alpha_masked: Vec<Range<u32>>,
+    without_alpha_masked: Vec<Range<u32>>,
+    light_count: u32,
+    vertex_count: u32,
+    #[serde(with = "bulk")]
+    corners: Vec<u32>,
+}
+
+impl SceneContents {
+    /// Computes the contents of all buffers. Takes long for a large scene and uses no device.
+    pub fn of(scene: &Scene) -> (Self, Pieces) {
         let (vertices, indices) = geometry(scene);
         let (starts, texels) = texel_pool::texel_pool(&scene.textures);
         let texture = |index: Option<usize>| index.map_or(NO_TEXTURE, |index| starts[index]);
@@ -124,45 +147,102 @@ impl SceneBuffers {
                 ..Material::zeroed()
             })
             .collect();
-        let lights = lights(&scene.pose(0).lights);
-        let alpha_masked = |mesh: &Mesh| scene.materials.get(mesh.material).is_some_and(|m| m.alpha_texture.is_some());
-        let storage = |label, bytes: &[u8], size: usize, usage| {
-            let empty = vec![0u8; size];
-            let contents = if bytes.is_empty() { &empty } else { bytes };
-            gpu.filled_buffer(label, contents, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | usage)
-        };
-        use bytemuck::cast_slice;
-        let none = wgpu::BufferUsages::empty();
-        let copied_to = wgpu::BufferUsages::COPY_DST;
+        let pose = scene.pose(0);
+        let lights = lights(&pose.lights);
         let still = Object { to_world: Mat4::IDENTITY, view_to_previous: Mat4::IDENTITY };
         let objects = scene.meshes.iter().any(|mesh| mesh.object.is_some()).then(|| {
-            let poses = scene.pose(0).objects;
-            let objects = poses.into_iter().map(|to_world| Object { to_world, ..still });
-            let objects: Vec<Object> = [still].into_iter().chain(objects).collect();
-            storage("scene.objects", cast_slice(&objects), size_of::<Object>(), copied_to)
+            let objects = pose.objects.iter().map(|&to_world| Object { to_world, ..still });
+            [still].into_iter().chain(objects).collect()
         });
-        Self {
-            vertices: storage("scene.vertices", cast_slice(&vertices), size_of::<Vertex>(), none),
-            indices: storage("scene.indices", cast_slice(&indices), 4, wgpu::BufferUsages::INDEX),
-            materials: storage("scene.materials", cast_slice(&materials), size_of::<Material>(), none),
-            texels: texel_pool::upload(gpu, texels),
-            lights: storage("scene.lights", cast_slice(&lights), size_of::<GpuLight>(), copied_to),
-            objects,
+        let solid: Vec<bool> = scene.meshes.iter().map(|mesh| scene.is_solid(mesh)).collect();
+        let masked = |mesh: &Mesh| scene.materials.get(mesh.material).is_some_and(|m| m.alpha_texture.is_some());
+        let mut pieces = Pieces::default();
+        let contents = Self {
+            light_count: lights.len() as u32,
+            vertex_count: vertices.len() as u32,
+            corners: indices.clone(),
+            vertices: pieces.add(Part::Buffer(BufferPart::Vertices), vertices),
+            indices: pieces.add(Part::Buffer(BufferPart::Indices), indices),
+            materials: pieces.add(Part::Buffer(BufferPart::Materials), materials),
+            texels: pieces.add(Part::Texture(TexturePart::Texels), texels),
+            lights: pieces.add(Part::Buffer(BufferPart::Lights), lights),
+            objects: objects.map(|objects: Vec<Object>| pieces.add(Part::Buffer(BufferPart::Objects), objects)),
             environment: scene
                 .environment
                 .as_ref()
-                .map(|environment| storage("scene.environment", cast_slice(&environment_words(environment)), 16, none)),
-            index_count: indices.len() as u32,
-            solid: ranges(scene, |mesh| scene.is_solid(mesh)),
-            open: ranges(scene, |mesh| !scene.is_solid(mesh) && !alpha_masked(mesh)),
-            alpha_masked: ranges(scene, alpha_masked),
-            without_alpha_masked: ranges(scene, |mesh| !alpha_masked(mesh)),
-            light_count: lights.len() as u32,
-            vertex_count: vertices.len() as u32,
-            corners: indices,
+                .map(|environment| pieces.add(Part::Buffer(BufferPart::Environment), environment_words(environment))),
+            solid: ranges(scene, |index, _| solid[index]),
+            open: ranges(scene, |index, mesh| !solid[index] && !masked(mesh)),
+            alpha_masked: ranges(scene, |_, mesh| masked(mesh)),
+            without_alpha_masked: ranges(scene, |_, mesh| !masked(mesh)),
+        };
+        (contents, pieces)
+    }
+}
+
+impl SceneBuffers {
+    /// Uploads a scene that the device can hold: see [`SceneSize::check`](super::SceneSize::check).
+    pub fn new(gpu: &Gpu, scene: &Scene) -> Self {
+        let (contents, pieces) = SceneContents::of(scene);
+        let buffers = Self::reserve(gpu, contents);
+        pieces.iter().for_each(|piece| buffers.write(gpu, &piece));
+        buffers
+    }
+
+    /// Creates the buffers for these contents, of which nothing is written yet: see [`Self::write`].
+    pub fn reserve(gpu: &Gpu, contents: SceneContents) -> Self {
+        let SceneContents { solid, open, alpha_masked, without_alpha_masked, corners, .. } = contents;
+        Self {
+            vertices: BufferPart::Vertices.reserve(gpu, contents.vertices),
+            indices: BufferPart::Indices.reserve(gpu, contents.indices),
+            materials: BufferPart::Materials.reserve(gpu, contents.materials),
+            texels: TexturePart::Texels.reserve(gpu, contents.texels),
+            lights: BufferPart::Lights.reserve(gpu, contents.lights),
+            objects: contents.objects.map(|bytes| BufferPart::Objects.reserve(gpu, bytes)),
+            environment: contents.environment.map(|bytes| BufferPart::Environment.reserve(gpu, bytes)),
+            index_count: corners.len() as u32,
+            solid,
+            open,
+            alpha_masked,
+            without_alpha_masked,
+            light_count: contents.light_count,
+            vertex_count: contents.vertex_count,
+            corners,
             numbered: OnceLock::new(),
             bvh: OnceLock::new(),
         }
+    }
+
+    /// Writes a piece of the contents. Nothing may be drawn before all of them are written.
+    pub fn write(&self, gpu: &Gpu, piece: &Piece) {
+        let buffer = match piece.part {
+            Part::Buffer(BufferPart::Vertices) => Some(&self.vertices),
+            Part::Buffer(BufferPart::Indices) => Some(&self.indices),
+            Part::Buffer(BufferPart::Materials) => Some(&self.materials),
+            Part::Buffer(BufferPart::Lights) => Some(&self.lights),
+            Part::Buffer(BufferPart::Objects) => self.objects.as_ref(),
+            Part::Buffer(BufferPart::Environment) => self.environment.as_ref(),
+            Part::Texture(part) => {
+                if part == TexturePart::Texels {
+                    piece.write_to_texture(gpu, part, &self.texels);
+                }
+                None
+            }
+        };
+        if let Some(buffer) = buffer {
+            piece.write_to_buffer(gpu, buffer);
+        }
+    }
+
+    /// Uses a BVH of the scene that was built elsewhere: see [`SceneBvh::reserve`].
+    pub fn set_bvh(&self, bvh: SceneBvh) {
+        // A scene has one BVH: where there is one already, they are equal.
+        let _ = self.bvh.set(bvh);
+    }
+
+    /// Whether the BVH was built.
+    pub fn has_bvh(&self) -> bool {
+        self.bvh.get().is_some()
     }
 
     /// The triangles with their numbers, created when the first plan needs them.
@@ -333,12 +413,12 @@ fn geometry(scene: &Scene) -> (Vec<Vertex>, Vec<u32>) {
 }
 
 /// Index ranges of the wanted meshes. Adjacent ranges are joined.
-fn ranges(scene: &Scene, wanted: impl Fn(&Mesh) -> bool) -> Vec<Range<u32>> {
+fn ranges(scene: &Scene, wanted: impl Fn(usize, &Mesh) -> bool) -> Vec<Range<u32>> {
     let mut ranges = Vec::<Range<u32>>::new();
     let mut first = 0;
-    for mesh in &scene.meshes {
+    for (index, mesh) in scene.meshes.iter().enumerate() {
         let end = first + mesh.indices.len() as u32;
-        if wanted(mesh) {
+        if wanted(index, mesh) {
             match ranges.last_mut() {
                 Some(last) if last.end == first => last.end = end,
                 _ if end > first => ranges.push(first..end),

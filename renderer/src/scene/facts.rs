@@ -54,7 +54,11 @@ impl SceneFacts {
 
     /// Collects the facts, with sizes for this extent: see [`Sight::extent`](super::Sight::extent).
     pub fn within(scene: &Scene, extent: Extent) -> Self {
-        let needs = SceneNeeds::of(scene);
+        Self::with_needs(scene, SceneNeeds::of(scene), extent)
+    }
+
+    /// As [`Self::within`], with what the scene needs ([`SceneNeeds::of`]), which takes the longest to find out.
+    pub fn with_needs(scene: &Scene, needs: SceneNeeds, extent: Extent) -> Self {
         let flags = scene.materials.iter().map(|material| u32::from(material.receive_only));
         let receive_only = if needs.receive_only { flags.collect() } else { Vec::new() };
         let mut facts = Self {

@@ -5,7 +5,7 @@
 //! the box of most of what the camera sees and of most of what those surfaces see.
 
 use glam::{Vec3, Vec3A};
-use halflight_scenes::{Camera, Scene};
+use halflight_scenes::{Camera, Scene, bulk};
 use obvhs::{
     aabb::Aabb,
     bvh2::Bvh2,
@@ -13,6 +13,7 @@ use obvhs::{
     ray::{Ray, RayHit},
     triangle::Triangle,
 };
+use serde::{Deserialize, Serialize};
 
 use super::bounds::{Bounds, diagonal, intersection, most_of, snapped, union};
 
@@ -91,12 +92,40 @@ impl Extent {
 }
 
 /// The triangles of a scene in its first frame, for rays on the CPU.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Sight {
+    #[serde(with = "tree")]
     bvh: Bvh2,
+    #[serde(with = "bulk")]
     triangles: Vec<Triangle>,
     /// Bounding box over all frames; `None` for an empty scene.
     bounds: Option<Bounds>,
+}
+
+/// A BVH, of which rays need the nodes and the order of the triangles.
+mod tree {
+    use halflight_scenes::bulk;
+    use obvhs::bvh2::{Bvh2, node::Bvh2Node};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    struct Parts {
+        #[serde(with = "bulk")]
+        nodes: Vec<Bvh2Node>,
+        #[serde(with = "bulk")]
+        order: Vec<u32>,
+        depth: usize,
+    }
+
+    pub(super) fn serialize<S: Serializer>(bvh: &Bvh2, serializer: S) -> Result<S::Ok, S::Error> {
+        let parts = Parts { nodes: bvh.nodes.clone(), order: bvh.primitive_indices.clone(), depth: bvh.max_depth };
+        parts.serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Bvh2, D::Error> {
+        let Parts { nodes, order, depth } = Parts::deserialize(deserializer)?;
+        Ok(Bvh2 { nodes, primitive_indices: order, max_depth: depth, ..Bvh2::default() })
+    }
 }
 
 /// A hit of a ray: the position, the normal that faces the ray's origin, and the distance from there.

@@ -3,7 +3,7 @@
 //!
 //! On a device the words are the texels of an array of textures, because many devices bind only 128 MiB of a buffer.
 
-use halflight_frame_graph::{ExternalSize, Gpu};
+use halflight_frame_graph::ExternalSize;
 use halflight_metrics::tone::srgb_decode;
 use halflight_scenes::Texture;
 
@@ -20,34 +20,15 @@ pub(crate) fn headers(textures: &[Texture]) -> impl Iterator<Item = u32> {
 }
 
 /// Words in a row of the pool's texture. Twin of `texel_word` in `common/scene_textures.wgsl`.
-const POOL_WIDTH: u32 = 1 << 12;
+pub(super) const POOL_WIDTH: u32 = 1 << 12;
 /// Rows in a layer: few, because the last layer may be almost empty, and enough for 2^28 words in 256 layers.
-const POOL_ROWS: u32 = 1 << 8;
+pub(super) const POOL_ROWS: u32 = 1 << 8;
 
 /// Rows and layers of the texture for this many words.
 fn rows_and_layers(words: u64) -> (u32, u32) {
     let rows = words.max(1).div_ceil(POOL_WIDTH.into());
     let layers = rows.div_ceil(POOL_ROWS.into());
     (rows.min(POOL_ROWS.into()) as u32, u32::try_from(layers).unwrap_or(u32::MAX))
-}
-
-/// The pool as a texture of a device.
-pub(super) fn upload(gpu: &Gpu, mut words: Vec<u32>) -> wgpu::Texture {
-    use wgpu::util::DeviceExt;
-    let (rows, layers) = rows_and_layers(words.len() as u64);
-    words.resize(POOL_WIDTH as usize * rows as usize * layers as usize, 0);
-    let descriptor = wgpu::TextureDescriptor {
-        label: Some("scene.texels"),
-        size: wgpu::Extent3d { width: POOL_WIDTH, height: rows, depth_or_array_layers: layers },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::R32Uint,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    };
-    let order = wgpu::util::TextureDataOrder::LayerMajor;
-    gpu.device.create_texture_with_data(&gpu.queue, &descriptor, order, bytemuck::cast_slice(&words))
 }
 
 /// Size of the pool on a device.

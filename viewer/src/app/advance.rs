@@ -13,7 +13,7 @@ use crate::{
     readback::TextureReading,
     reference::{ALL_BOUNCES, Subject},
     show::Look,
-    side::{Moment, Progress, Side, SideTime, Wanted},
+    side::{Moment, NotMade, Progress, Side, SideTime, Wanted},
     stage::Stage,
     state::{Bounces, View},
 };
@@ -31,11 +31,8 @@ impl Viewer {
         #[cfg(not(target_arch = "wasm32"))]
         let _ = self.gpu.device.poll(wgpu::PollType::Poll);
         self.settled = false;
-        if !self.load() {
+        if !self.load(ctx) {
             self.ready = false;
-            if self.loaded != self.state.scene {
-                ctx.request_repaint();
-            }
             return;
         }
         let camera = self.camera();
@@ -63,6 +60,7 @@ impl Viewer {
         for index in 0..2 {
             match self.advance_side(index, &stage, moment, ctx, renderer) {
                 Progress::Idle => {}
+                Progress::Waiting => drawn = false,
                 Progress::Busy => busy = true,
                 Progress::Measuring => measuring = true,
             }
@@ -74,9 +72,12 @@ impl Viewer {
         }
         let resting = self.playing.is_none() && self.changed.elapsed() > REST;
         let searching = self.best.is_running();
+        if resting && (searching || self.state.reference) {
+            self.load_posed(ctx, &mut stage, subject.frame);
+        }
         if busy || measuring {
             self.best.interrupt();
-        } else if searching && resting {
+        } else if searching && resting && stage.traceable(subject.frame).is_some() {
             match self.step_best(ctx, &stage, &subject) {
                 Some(Step::Measuring) => measuring = true,
                 _ => ctx.request_repaint_after(if self.software { SOFTWARE_STEP } else { Duration::ZERO }),
@@ -130,6 +131,10 @@ impl Viewer {
             self.side_errors[index] = None;
             return Progress::Idle;
         }
+        // A device works in order: the picture of A is on the screen before the work for B begins.
+        if index == 1 && self.first_picture.is_none() && self.side_errors[0].is_none() {
+            return Progress::Waiting;
+        }
         let view = self.view();
         let (gpu, size) = (&self.gpu, self.state.size);
         let configuration = &self.state.sides[index];
@@ -149,7 +154,12 @@ impl Viewer {
                     self.changed = Instant::now();
                 }
             }
-            Err(error) => self.side_errors[index] = Some(error.to_string()),
+            Err(reason) => {
+                self.side_errors[index] = Some(reason.to_string());
+                if matches!(reason, NotMade::Waits) {
+                    return Progress::Waiting;
+                }
+            }
         }
         let rounds = self.rounds();
         let other = self.sides[1 - index].as_ref().map(|side| (side.is_measuring(), side.times.rounds()));
@@ -165,8 +175,11 @@ impl Viewer {
         // The sides take turns, so that both are measured under the same load, and not at once.
         let own = side.times.rounds();
         let turn = other.is_none_or(|(measuring, done)| !measuring && (own <= done || done >= rounds));
-        // Measurements start after the first picture.
-        let measure = turn && self.playing.is_none() && (self.exposure.is_some() || self.state.exposure.is_some());
+        // Measurements start after the first picture, and when nothing else works on the scene.
+        let measure = turn
+            && self.playing.is_none()
+            && self.loads.step().is_none()
+            && (self.exposure.is_some() || self.state.exposure.is_some());
         let wanted = Wanted { measure, rounds, of_scene: self.benchmark || self.listing[index] };
         side.draw(ctx, gpu, stage, moment, wanted)
     }

@@ -95,7 +95,7 @@ impl Viewer {
 
     fn scene_choice(&mut self, ui: &mut Ui) {
         let mut chosen = self.state.scene.clone();
-        let own = self.dropped.as_ref().map(|scene| scene.name.clone());
+        let own = self.loads.own.as_ref().map(|own| own.name.clone());
         let title = |name: &str| match &own {
             Some(own) if name == DROPPED => format!("{own} (yours)"),
             _ => words::scene(name),

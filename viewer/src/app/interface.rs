@@ -296,7 +296,8 @@ impl Viewer {
         let view = self.view();
         let needs_reference = matches!(view, View::Error | View::Reference);
         let sentence = match (&self.stage, &self.sides[0]) {
-            (None, _) if self.loaded == self.state.scene => "This scene cannot be shown.",
+            _ if self.loads.is_waiting() => self.loads.step().unwrap_or("Loading the scene…"),
+            (None, _) if self.loads.has_failed(&self.state.scene) => "This scene cannot be shown.",
             (None, _) => "Loading the scene…",
             _ if needs_reference && self.reference.found.is_none() => {
                 if self.state.reference {

@@ -1,19 +1,18 @@
-//! Input from outside: dropped files, errors of the device, scenes to load.
+//! Input from outside: dropped files, errors of the device.
 
 use std::sync::PoisonError;
 
 use eframe::egui;
-use halflight_renderer::scene::SceneSize;
-use halflight_scenes::Scene;
-use web_time::Instant;
 
 use super::Viewer;
 #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
 use crate::side::Side;
-use crate::{messages::Severity, plot::Trade, reference::ReferenceTracer, scenes, stage::Stage, state::DROPPED};
-
-/// Warnings of a scene that are shown.
-const MOST_WARNINGS: usize = 4;
+use crate::{
+    loading::{File, Source},
+    messages::Severity,
+};
+#[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
+use crate::{plot::Trade, reference::ReferenceTracer};
 
 impl Viewer {
     /// Opens dropped files and shows errors of the device.
@@ -27,8 +26,9 @@ impl Viewer {
         }
         let arrived: Vec<_> = self.inbox.lock().unwrap_or_else(PoisonError::into_inner).drain(..).collect();
         for files in arrived {
-            if let Err(sentence) = files.and_then(|files| self.open_now(files)) {
-                self.messages.add(Severity::Failure, sentence);
+            match files {
+                Ok(files) => self.open_files(ctx, files),
+                Err(sentence) => self.messages.add(Severity::Failure, sentence),
             }
         }
     }
@@ -85,22 +85,16 @@ impl Viewer {
     }
 
     #[cfg(not(target_arch = "wasm32"))]
-    fn read_dropped(&mut self, _: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
+    fn read_dropped(&mut self, ctx: &egui::Context, files: Vec<egui::DroppedFileHandle>) {
         // A single model is opened from disk, where its materials are beside it.
         if let ([file], true) = (files.as_slice(), self.host.reads_disk())
             && file
                 .path()
                 .extension()
                 .is_some_and(|e| ["obj", "gltf", "glb", "toml"].iter().any(|known| e.eq_ignore_ascii_case(known)))
-            && !scenes::is_preset(file.bytes().as_deref().unwrap_or_default())
+            && !crate::scenes::is_preset(file.bytes().as_deref().unwrap_or_default())
         {
-            match halflight_scenes::load_scene(&halflight_scenes::DiskFiles, file.path()) {
-                Ok(mut scene) => {
-                    let warnings = std::mem::take(&mut scene.warnings);
-                    self.open_scene(scene, warnings);
-                }
-                Err(error) => self.messages.add(Severity::Failure, error.to_string()),
-            }
+            self.open_source(ctx, Source::Disk(file.path().to_owned()));
             return;
         }
         let read = files.iter().map(|file| {
@@ -113,78 +107,15 @@ impl Viewer {
         self.inbox.lock().unwrap_or_else(PoisonError::into_inner).push(read);
     }
 
-    fn open_now(&mut self, files: Vec<(String, Vec<u8>)>) -> Result<(), String> {
-        let opened = scenes::dropped(files).map_err(|error| error.to_string())?;
-        let mut scene = opened.scene;
-        if let (Some(environment), Some(stage)) = (opened.environment, &self.stage) {
-            let mut lit = stage.scene.clone();
-            lit.lights.clone_from(&stage.original_lights);
-            lit.environment = Some(environment);
-            scene = Some(lit);
-        }
-        if let Some(scene) = scene {
-            self.open_scene(scene, opened.warnings);
-        }
-        for (name, preset) in opened.presets {
-            crate::panels::apply(&mut self.state.sides[0], &preset);
-            self.messages.add(Severity::Note, format!("{name} was applied to A"));
-        }
-        Ok(())
-    }
-
-    fn open_scene(&mut self, scene: Scene, warnings: Vec<String>) {
-        self.messages.clear();
-        let more = warnings.len().saturating_sub(MOST_WARNINGS);
-        warnings.into_iter().take(MOST_WARNINGS).for_each(|warning| self.messages.add(Severity::Warning, warning));
-        if more > 0 {
-            let sentence = format!("{more} more warnings: `evaluator render` prints all of them");
-            self.messages.add(Severity::Warning, sentence);
-        }
-        self.dropped = Some(scene);
-        self.loaded.clear();
-        self.state.open(DROPPED);
-        self.home = None;
-    }
-
-    /// Loads the scene of the state; false while there is no scene to draw.
-    pub(super) fn load(&mut self) -> bool {
-        if self.loaded == self.state.scene {
-            return self.stage.is_some();
-        }
-        // Loading blocks, so the loading message is painted first.
-        if !std::mem::replace(&mut self.announced, true) {
-            return false;
-        }
-        self.announced = false;
-        self.loaded.clone_from(&self.state.scene);
-        let begun = Instant::now();
-        let scene = match self.dropped.as_ref().filter(|_| self.state.scene == DROPPED) {
-            Some(scene) => Ok(scene.clone()),
-            None => halflight_scenes::bundled::scene(&self.state.scene),
+    /// Opens files that were dropped together.
+    fn open_files(&mut self, ctx: &egui::Context, files: Vec<(String, Vec<u8>)>) {
+        // An environment map, which may be in a zip, lights the scene that is shown.
+        let may_light = |name: &String| {
+            let name = name.to_lowercase();
+            [".hdr", ".exr", ".pic", ".zip"].iter().any(|end| name.ends_with(end))
         };
-        // A scene that does not load or fit leaves the old one in place.
-        let limits = self.gpu.limits();
-        let fitting = scene.map_err(|error| error.to_string()).and_then(|scene| {
-            SceneSize::of(&scene).check(&limits).map_err(|error| error.to_string())?;
-            Ok(scene)
-        });
-        let scene = match fitting {
-            Ok(scene) => scene,
-            Err(sentence) => {
-                self.messages.add(Severity::Failure, sentence);
-                return self.stage.is_some();
-            }
-        };
-        self.closed.extend(self.sides.iter_mut().filter_map(Option::take));
-        self.reference = ReferenceTracer::default();
-        self.reference_done = false;
-        self.trade = Trade::default();
-        self.best.forget();
-        (self.exposure, self.exposure_of, self.exposure_reading) = (None, None, None);
-        (self.stage, self.playing) = (None, None);
-        let read = begun.elapsed();
-        self.stage = Some(Stage::new(&self.gpu, scene, self.software));
-        self.scene_ms = [read, begun.elapsed() - read].map(|time| time.as_secs_f64() * 1e3);
-        self.stage.is_some()
+        let under = self.scene_source().filter(|_| files.iter().any(|(name, _)| may_light(name)));
+        let files = files.into_iter().map(|(name, bytes)| File { name, bytes }).collect();
+        self.open_source(ctx, Source::Files(files, under.map(Box::new)));
     }
 }

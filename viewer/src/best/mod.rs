@@ -302,7 +302,7 @@ impl BestSearch {
         let measure = side.method == Method::Timestamps || side.light.is_some();
         let moment = Moment { camera: self.subject.camera, frame: self.subject.frame, seed };
         match side.draw(ctx, gpu, stage, moment, Wanted { measure, rounds, of_scene: false }) {
-            Progress::Busy => return Err(Step::Working),
+            Progress::Busy | Progress::Waiting => return Err(Step::Working),
             Progress::Measuring => {
                 let slow = side.times.technique().filter(|&ms| ms > cell.slowest_ms);
                 return slow.map(Outcome::TooSlow).ok_or(Step::Measuring);

@@ -16,10 +16,11 @@ use flate2::{Compression, write::GzEncoder};
 use halflight_output::{FolderError, OutputFolder};
 
 /// Files of the page itself.
-const PAGE: [&str; 9] = [
+const PAGE: [&str; 10] = [
     "index.html",
     "page.css",
     "page.js",
+    "worker.js",
     "icon.svg",
     "opening.jpg",
     "setup-cornell.jpg",

@@ -4,14 +4,16 @@ use std::sync::{Mutex, PoisonError};
 
 use glam::{Mat4, Vec3A};
 use halflight_frame_graph::Gpu;
-use halflight_scenes::Scene;
+use halflight_scenes::{Scene, bulk};
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
+use serde::{Deserialize, Serialize};
 
 use super::{
-    ROW, SceneBvh,
+    SceneBvh,
     emitters::Emitters,
     tree::{Meshes, Tree},
 };
+use crate::scene::contents::BVH_ROW as ROW;
 
 /// The first node or slot of the animated part is a multiple of this, so that it starts a row of each texture.
 const ALIGNMENT: usize = ROW;
@@ -46,10 +48,18 @@ fn root_of(children: &[Aabb], first: u32) -> CwBvhNode {
     node
 }
 
-/// Two trees below a common root: the root, the roots of both trees, the other nodes of the static tree, and from an aligned
-/// index on those of the animated tree. An empty tree has no root.
+/// The static part of a BVH, and where its animated part is. The BVH is two trees below a common root: the root, the roots of
+/// both trees, the other nodes of the static tree, and from an aligned index on those of the animated tree. An empty tree has
+/// no root.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Joined {
-    still: Tree,
+    /// The root of the static tree, if it is not empty.
+    #[serde(with = "bulk")]
+    root: Vec<CwBvhNode>,
+    /// Lower and upper corner of the static tree.
+    bounds: [Vec3A; 2],
+    /// Slots of the static triangles: see [`Tree::slots`].
+    still: Vec<Option<u32>>,
     /// First node and slot of the animated part.
     first_node: usize,
     first_slot: usize,
@@ -59,31 +69,53 @@ pub(super) struct Joined {
 }
 
 impl Joined {
-    pub(super) fn new(still: Tree, moving: &Tree) -> Self {
+    /// Joins two trees; also returns all texels: of nodes, triangles and attributes.
+    pub(super) fn new(still: Tree, moving: &Tree) -> (Self, [Vec<[u32; 4]>; 3]) {
         let slots = moving.triangles.len() / SHAPE;
-        Self {
+        let joined = Self {
             first_node: (still.nodes.len() + 2).next_multiple_of(ALIGNMENT),
             first_slot: (still.triangles.len() / SHAPE).next_multiple_of(ALIGNMENT),
             // A wide node has at least one triangle of its own or two children.
             nodes: slots.max(1),
             slots,
-            still,
-        }
+            root: still.nodes.first().copied().into_iter().collect(),
+            bounds: [still.bounds.min, still.bounds.max],
+            still: still.slots,
+        };
+        let mut nodes = joined.roots(moving);
+        nodes.resize(3, CwBvhNode::default());
+        let below = still.nodes.iter().skip(1);
+        nodes.extend(below.map(|node| CwBvhNode { child_base_idx: node.child_base_idx + 2, ..*node }));
+        nodes.resize(joined.first_node, CwBvhNode::default());
+        nodes.extend(joined.below_root(moving));
+        nodes.resize(joined.first_node + joined.nodes, CwBvhNode::default());
+        let join = |mut texels: Vec<[u32; 4]>, moving: &[[u32; 4]], each: usize| {
+            texels.resize(joined.first_slot * each, [0; 4]);
+            texels.extend(moving);
+            texels
+        };
+        let texels = [
+            bytemuck::cast_slice(&nodes).to_vec(),
+            join(still.triangles, &moving.triangles, SHAPE),
+            join(still.attributes, &moving.attributes, ATTRIBUTES),
+        ];
+        (joined, texels)
     }
 
     /// Slot of each triangle of the scene: see [`Tree::slots`].
     pub(super) fn slots_of(&self, moving: &Tree) -> Vec<Option<u32>> {
         let moved = |slot: &Option<u32>| slot.map(|slot| slot + self.first_slot as u32);
-        self.still.slots.iter().zip(&moving.slots).map(|(still, moving)| still.or(moved(moving))).collect()
+        self.still.iter().zip(&moving.slots).map(|(still, moving)| still.or(moved(moving))).collect()
     }
 
     /// The common root and the roots below it.
     fn roots(&self, moving: &Tree) -> Vec<CwBvhNode> {
-        let trees = [&self.still, moving].into_iter().filter(|tree| !tree.nodes.is_empty());
-        let bounds: Vec<Aabb> = trees.map(|tree| tree.bounds).collect();
-        let still = self.still.nodes.first().map(|root| CwBvhNode { child_base_idx: root.child_base_idx + 2, ..*root });
-        let first = moving.nodes.first().map(|&root| self.placed(root));
-        [root_of(&bounds, 1)].into_iter().chain(still).chain(first).collect()
+        let still = self.root.first().map(|root| CwBvhNode { child_base_idx: root.child_base_idx + 2, ..*root });
+        let moved = moving.nodes.first().map(|&root| self.placed(root));
+        let [min, max] = self.bounds;
+        let bounds = [still.map(|_| Aabb { min, max }), moved.map(|_| moving.bounds)];
+        let bounds: Vec<Aabb> = bounds.into_iter().flatten().collect();
+        [root_of(&bounds, 1)].into_iter().chain(still).chain(moved).collect()
     }
 
     /// A node of the animated tree at its place.
@@ -99,28 +131,14 @@ impl Joined {
     fn below_root(&self, moving: &Tree) -> Vec<CwBvhNode> {
         moving.nodes.iter().skip(1).map(|&node| self.placed(node)).collect()
     }
+}
 
-    /// All texels: of nodes, triangles and attributes.
-    pub(super) fn texels(&self, moving: &Tree) -> [Vec<[u32; 4]>; 3] {
-        let mut nodes = self.roots(moving);
-        nodes.resize(3, CwBvhNode::default());
-        let below = self.still.nodes.iter().skip(1);
-        nodes.extend(below.map(|node| CwBvhNode { child_base_idx: node.child_base_idx + 2, ..*node }));
-        nodes.resize(self.first_node, CwBvhNode::default());
-        nodes.extend(self.below_root(moving));
-        nodes.resize(self.first_node + self.nodes, CwBvhNode::default());
-        let join = |still: &[[u32; 4]], moving: &[[u32; 4]], each: usize| {
-            let mut texels = still.to_vec();
-            texels.resize(self.first_slot * each, [0; 4]);
-            texels.extend(moving);
-            texels
-        };
-        [
-            bytemuck::cast_slice(&nodes).to_vec(),
-            join(&self.still.triangles, &moving.triangles, SHAPE),
-            join(&self.still.attributes, &moving.attributes, ATTRIBUTES),
-        ]
-    }
+/// What is needed to build the animated part again.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Moving {
+    pub(super) joined: Joined,
+    /// Poses of the objects as they are.
+    pub(super) poses: Vec<Mat4>,
 }
 
 /// The animated part of a BVH on a device.
@@ -135,10 +153,7 @@ pub(crate) struct MovingBvh {
 }
 
 impl MovingBvh {
-    pub(super) fn new(mut joined: Joined, bvh: &SceneBvh, poses: Vec<Mat4>) -> Self {
-        // Only its root and its bounds are needed from now on.
-        joined.still.nodes.truncate(1);
-        (joined.still.triangles, joined.still.attributes) = (Vec::new(), Vec::new());
+    pub(super) fn new(Moving { joined, poses }: Moving, bvh: &SceneBvh) -> Self {
         Self {
             joined,
             nodes: bvh.nodes.clone(),
@@ -162,7 +177,7 @@ impl MovingBvh {
         }
         *uploaded = poses.to_vec();
         let first_row = |first: usize, each: usize| (first * each / ROW) as u32;
-        let Joined { first_node, first_slot, .. } = self.joined;
+        let (first_node, first_slot) = (self.joined.first_node, self.joined.first_slot);
         write(gpu, &self.nodes, 0, bytemuck::cast_slice::<_, [u32; 4]>(&self.joined.roots(&moving)));
         let below = self.joined.below_root(&moving);
         write(gpu, &self.nodes, first_row(first_node, NODE), bytemuck::cast_slice::<_, [u32; 4]>(&below));

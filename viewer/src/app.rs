@@ -34,6 +34,7 @@ mod controls;
 mod inspect;
 mod interface;
 mod load;
+mod motion;
 mod receive;
 mod result;
 mod save;
@@ -80,6 +81,7 @@ pub struct Viewer {
     stage: Option<Stage>,
     loads: load::Loads,
     sides: [Option<Side>; 2],
+    motion: motion::Motion,
     /// Sides that are no longer shown, but may be painted in this pass.
     closed: Vec<Side>,
     /// What is searched for in the parameters of each side.
@@ -191,6 +193,7 @@ impl Viewer {
             stage: None,
             loads: load::Loads::default(),
             sides: [None, None],
+            motion: motion::Motion::default(),
             closed: Vec::new(),
             search: Default::default(),
             side_errors: [None, None],
@@ -356,6 +359,7 @@ impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         self.marks.clear();
         self.sides.iter_mut().flatten().for_each(Side::free_old);
+        self.motion.free_old();
         self.closed.drain(..).for_each(Side::destroy);
         (self.checking, self.listing) = ([false; 2], [false; 2]);
         self.screen = ui.max_rect().size();
@@ -364,7 +368,7 @@ impl eframe::App for Viewer {
         #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
         self.reload_shaders();
         // The animation advances once the picture of the last frame is drawn.
-        if self.sides.iter().flatten().all(Side::is_drawn)
+        if self.visible_sides().iter().flatten().all(Side::is_drawn)
             && let (Some(playing), Some(stage)) = (&mut self.playing, &self.stage)
         {
             *playing = playing.step(stage.is_animated().then(|| stage.scene.moves.last_frame()));
@@ -377,6 +381,7 @@ impl eframe::App for Viewer {
         self.hints.play |= self.playing.is_some();
         if before != (self.state.camera, self.state.lights.clone(), self.state.frame) {
             self.changed = Instant::now();
+            self.motion.moved();
         }
         if let Some(render) = frame.wgpu_render_state() {
             self.advance(&ctx, &mut render.renderer.write());

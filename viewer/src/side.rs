@@ -249,6 +249,27 @@ impl Side {
         Ok(true)
     }
 
+    /// Creates or updates the side in a slot; true if anything changed.
+    ///
+    /// # Errors
+    /// As for [`Side::new`]. What was in the slot then stays.
+    pub fn bring_up(
+        slot: &mut Option<Self>,
+        gpu: &Gpu,
+        stage: &Stage,
+        configuration: &Configuration,
+        size: [u32; 2],
+        keep_all: bool,
+    ) -> Result<bool, NotMade> {
+        match slot {
+            Some(side) => side.update(gpu, stage, configuration, size, keep_all),
+            None => {
+                *slot = Some(Self::new(gpu, stage, configuration, size, keep_all)?);
+                Ok(true)
+            }
+        }
+    }
+
     /// Frees what earlier passes of the interface have painted. Call it before anything is painted in a pass: the picture
     /// that was painted in the last one is submitted after that pass, and must exist until then.
     pub fn free_old(&mut self) {
@@ -467,6 +488,11 @@ impl Side {
     /// Whether a frame of the current moment is complete. More frames may follow for measurement.
     pub fn is_drawn(&self) -> bool {
         self.moment.is_some() && self.drawn
+    }
+
+    /// Whether a frame of this moment is complete.
+    pub fn shows(&self, moment: Moment) -> bool {
+        self.drawn && self.moment == Some(moment)
     }
 
     /// Whether the picture of the current moment is final.

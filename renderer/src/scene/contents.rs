@@ -8,10 +8,7 @@ use halflight_frame_graph::Gpu;
 use halflight_scenes::bulk;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    buffers::{GpuLight, Material, Object, Vertex},
-    texel_pool,
-};
+use super::texel_pool;
 
 /// Bytes of a piece: a layer of the texel pool.
 const PIECE: usize = 1 << 22;
@@ -57,21 +54,21 @@ pub struct Piece {
 }
 
 impl BufferPart {
-    /// A buffer for contents of this many bytes. It has at least one element, so that an empty scene binds like any other.
+    /// A buffer of this many bytes.
     pub(super) fn reserve(self, gpu: &Gpu, bytes: u64) -> wgpu::Buffer {
         let none = wgpu::BufferUsages::empty();
-        let (label, element, usage) = match self {
-            Self::Vertices => ("scene.vertices", size_of::<Vertex>(), none),
-            Self::Indices => ("scene.indices", 4, wgpu::BufferUsages::INDEX),
-            Self::Materials => ("scene.materials", size_of::<Material>(), none),
-            Self::Lights => ("scene.lights", size_of::<GpuLight>(), none),
-            Self::Objects => ("scene.objects", size_of::<Object>(), none),
-            Self::Environment => ("scene.environment", 16, none),
+        let (label, usage) = match self {
+            Self::Vertices => ("scene.vertices", none),
+            Self::Indices => ("scene.indices", wgpu::BufferUsages::INDEX),
+            Self::Materials => ("scene.materials", none),
+            Self::Lights => ("scene.lights", none),
+            Self::Objects => ("scene.objects", none),
+            Self::Environment => ("scene.environment", none),
         };
         let copied = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
         gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
-            size: bytes.max(element as u64),
+            size: bytes,
             usage: wgpu::BufferUsages::STORAGE | copied | usage,
             mapped_at_creation: false,
         })
@@ -189,9 +186,9 @@ impl<T: Pod + Send> Bytes for Vec<T> {
 pub struct Pieces(Vec<(Part, Box<dyn Bytes>)>);
 
 impl Pieces {
-    /// Adds a part; returns its size, bytes.
+    /// Adds a part; returns its size, bytes: that of one element at least, so that an empty scene binds like any other.
     pub(super) fn add<T: Pod + Send>(&mut self, part: Part, contents: Vec<T>) -> u64 {
-        let bytes = contents.bytes().len() as u64;
+        let bytes = contents.bytes().len().max(size_of::<T>()) as u64;
         self.0.push((part, Box::new(contents)));
         bytes
     }
@@ -202,5 +199,44 @@ impl Pieces {
             let pieces = (0..).step_by(PIECE).zip(contents.bytes().chunks(PIECE));
             pieces.map(|(offset, bytes)| Piece { part: *part, offset, bytes: bytes.to_vec() })
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_are_the_contents_in_their_order() {
+        let mut pieces = Pieces::default();
+        // Two whole pieces and three words; nothing at all; one word.
+        let long: Vec<u32> = (0..(2 * PIECE / 4 + 3) as u32).collect();
+        let texels = Part::Texture(TexturePart::Texels);
+        assert_eq!(pieces.add(texels, long.clone()), 2 * PIECE as u64 + 12);
+        assert_eq!(pieces.add(Part::Buffer(BufferPart::Lights), Vec::<[u32; 4]>::new()), 16);
+        assert_eq!(pieces.add(Part::Buffer(BufferPart::Indices), vec![7u32]), 4);
+        let all: Vec<Piece> = pieces.iter().collect();
+        let offsets: Vec<u64> = all.iter().map(|piece| piece.offset).collect();
+        assert_eq!(offsets, [0, PIECE as u64, 2 * PIECE as u64, 0]);
+        let together: Vec<u8> = all.iter().filter(|piece| piece.part == texels).flat_map(|p| p.bytes.clone()).collect();
+        assert_eq!(together, bytemuck::cast_slice::<u32, u8>(&long));
+        assert_eq!(all[3].bytes, 7u32.to_ne_bytes());
+    }
+
+    #[test]
+    fn a_piece_is_whole_rows_and_stays_in_its_layer() {
+        for part in [
+            TexturePart::Texels,
+            TexturePart::BvhNodes,
+            TexturePart::BvhTriangles,
+            TexturePart::BvhAttributes,
+            TexturePart::BvhEmitters,
+        ] {
+            let Rows { width, texel, per_layer, .. } = part.layout();
+            let row = (width * texel) as usize;
+            assert_eq!(PIECE % row, 0, "{part:?}");
+            assert!(per_layer.is_none_or(|rows| rows as usize * row == PIECE), "{part:?}");
+            assert_eq!([0, 1, row as u64, row as u64 + 1].map(|bytes| part.rows(bytes)), [1, 1, 1, 2], "{part:?}");
+        }
     }
 }

@@ -57,7 +57,12 @@ impl Viewer {
         let frame = if stage.is_animated() || self.playing.is_some() { self.frame() } else { 0 };
         let moment = Moment { camera, frame, seed: self.state.seed };
         let (mut busy, mut drawn, mut measuring) = (false, true, false);
-        for index in 0..2 {
+        let smaller = self.is_smaller();
+        if smaller {
+            self.advance_smaller(&stage, moment, ctx, renderer);
+            (busy, drawn) = (true, false);
+        }
+        for index in (0..2).filter(|_| !smaller) {
             match self.advance_side(index, &stage, moment, ctx, renderer) {
                 Progress::Idle => {}
                 Progress::Waiting => drawn = false,
@@ -66,6 +71,7 @@ impl Viewer {
             }
             drawn &= self.sides[index].as_ref().is_none_or(Side::is_settled);
         }
+        self.end_smaller(moment);
         self.expose(&subject);
         if self.exposure_reading.is_some() {
             busy = true;
@@ -140,14 +146,7 @@ impl Viewer {
         let configuration = &self.state.sides[index];
         // Other textures take over the memory of single steps, unless somebody looks at them.
         let keep_all = self.checking[index] || matches!(view, View::Texture(_));
-        let updated = match &mut self.sides[index] {
-            Some(side) => side.update(gpu, stage, configuration, size, keep_all),
-            None => Side::new(gpu, stage, configuration, size, keep_all).map(|side| {
-                self.sides[index] = Some(side);
-                true
-            }),
-        };
-        match updated {
+        match Side::bring_up(&mut self.sides[index], gpu, stage, configuration, size, keep_all) {
             Ok(changed) => {
                 self.side_errors[index] = None;
                 if changed {
@@ -163,9 +162,9 @@ impl Viewer {
         }
         let rounds = self.rounds();
         let other = self.sides[1 - index].as_ref().map(|side| (side.is_measuring(), side.times.rounds()));
+        let look = self.look(stage);
         let Some(side) = &mut self.sides[index] else { return Progress::Idle };
-        if let Some(exposure) = self.state.exposure.map(f32::exp2).or(self.exposure) {
-            let look = Look { exposure, range: stage.diagonal() * DEPTH_RANGE };
+        if let Some(look) = look {
             let reference = self.reference.found.as_ref().map(|found| (&found.textures, found.version));
             if side.look(gpu, &view, look, reference, renderer) {
                 self.ready = false;
@@ -182,6 +181,11 @@ impl Viewer {
             && (self.exposure.is_some() || self.state.exposure.is_some());
         let wanted = Wanted { measure, rounds, of_scene: self.benchmark || self.listing[index] };
         side.draw(ctx, gpu, stage, moment, wanted)
+    }
+
+    /// How pictures are shown; `None` while their exposure is not known.
+    pub(super) fn look(&self, stage: &Stage) -> Option<Look> {
+        Some(Look { exposure: self.exposure_in_use()?, range: stage.diagonal() * DEPTH_RANGE })
     }
 
     /// Determines the exposure from the direct light of side A, which does not depend on a technique's settings.

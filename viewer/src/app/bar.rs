@@ -61,6 +61,9 @@ impl Viewer {
             for size in SIZES {
                 ui.selectable_value(&mut self.state.size, size, label(size));
             }
+            ui.separator();
+            ui.checkbox(&mut self.motion.allowed, "Smaller while it moves")
+                .on_hover_text("Keeps 30 frames a second. Times and errors are always those of the whole picture.");
         });
         self.marks.add("size", size.response.on_hover_text("Size of the picture, pixels").rect);
         if self.host.can_choose_files() {

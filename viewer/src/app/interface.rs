@@ -201,7 +201,11 @@ impl Viewer {
         let before = (camera, self.state.divider);
         let diagonal = self.stage.as_ref().map_or(1.0, Stage::diagonal);
         let placeholder = self.placeholder();
-        let textures = [0, 1].map(|index| self.sides[index].as_ref().and_then(Side::picture));
+        let mut textures = self.visible_sides().each_ref().map(|side| side.as_ref().and_then(Side::picture));
+        // A is a better picture than nothing until there is one of B. Its caption says so.
+        if self.is_coming(1) {
+            textures[1] = textures[1].or(textures[0]);
+        }
         let mut shown = Shown {
             textures: if placeholder.is_some() { [None, None] } else { textures },
             aspect: self.state.size[0] as f32 / self.state.size[1] as f32,
@@ -274,16 +278,29 @@ impl Viewer {
         self.hints.off |= hint.inner;
     }
 
+    /// Whether a side will be drawn, without anything that the user has to do.
+    fn is_coming(&self, index: usize) -> bool {
+        self.side_errors[index].is_none() || self.loads.step().is_some()
+    }
+
     fn caption(&self, index: usize) -> Caption {
-        let Some(side) = &self.sides[index] else { return Caption::default() };
         let letter = self.state.compare.then_some((SIDE_NAMES[index], SIDE_COLOURS[index]));
         if let Some(error) = &self.side_errors[index] {
             return Caption { letter, text: error.clone() };
         }
+        let Some(side) = &self.sides[index] else {
+            let text = if self.stage.is_some() { "Drawing…".into() } else { String::new() };
+            return Caption { letter: letter.filter(|_| self.stage.is_some()), text };
+        };
         if self.view() == View::Reference {
             return Caption { letter: None, text: if index == 0 { "Reference".into() } else { String::new() } };
         }
-        Caption { letter, text: side.configuration().technique().title.into() }
+        let title = side.configuration().technique().title;
+        let text = match self.motion.shown_size() {
+            Some([width, height]) => format!("{title}, {width} x {height} while it moves"),
+            None => title.to_owned(),
+        };
+        Caption { letter, text }
     }
 
     /// Whether errors of pixels are more than the noise of the reference.

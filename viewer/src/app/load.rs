@@ -183,6 +183,7 @@ impl Viewer {
     /// Shows a scene.
     fn show(&mut self, loaded: Loaded, source: Source) {
         self.closed.extend(self.sides.iter_mut().filter_map(Option::take));
+        self.closed.extend(self.motion.take());
         self.reference = ReferenceTracer::default();
         self.reference_done = false;
         self.trade = Trade::default();

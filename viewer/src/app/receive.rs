@@ -58,6 +58,7 @@ impl Viewer {
             if replaced > 0 {
                 // Everything that was made with the old shaders is made again.
                 self.sides.iter_mut().filter_map(Option::take).for_each(Side::destroy);
+                self.motion.take().for_each(Side::destroy);
                 self.reference = ReferenceTracer::default();
                 self.reference_done = false;
                 self.trade = Trade::default();

@@ -329,6 +329,18 @@ impl Viewer {
         self.state.camera.or_else(own).unwrap_or_default()
     }
 
+    /// Whether the page covers the interface with a picture of its own, until there is a first one here. Painting takes a
+    /// software adapter longer than all the rest.
+    fn is_covered(&self) -> bool {
+        let laid_out = self.picture_space != egui::Vec2::ZERO;
+        laid_out
+            && self.software
+            && self.host.covers_until_first_picture()
+            && self.first_picture.is_none()
+            && self.messages.is_empty()
+            && !self.benchmark
+    }
+
     /// Rounds of repetitions after which a median is shown.
     fn rounds(&self) -> usize {
         if self.benchmark { benchmark::ROUNDS } else { ROUNDS }
@@ -376,7 +388,9 @@ impl eframe::App for Viewer {
         let before = (self.state.camera, self.state.lights.clone(), self.state.frame);
         let sides = self.state.sides.clone();
         let pictured = self.sides[0].as_ref().is_some_and(|side| side.is_drawn() && side.picture().is_some());
-        self.interface(ui);
+        if pictured || !self.is_covered() {
+            self.interface(ui);
+        }
         self.hints.settings |= sides != self.state.sides;
         self.hints.play |= self.playing.is_some();
         if before != (self.state.camera, self.state.lights.clone(), self.state.frame) {

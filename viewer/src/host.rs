@@ -28,6 +28,10 @@ pub trait Host {
     }
     /// Called once, after the first picture was drawn.
     fn first_picture(&mut self) {}
+    /// Whether it shows something else until the first picture, or the first message.
+    fn covers_until_first_picture(&self) -> bool {
+        false
+    }
     /// Whether it can ask the user for files.
     fn can_choose_files(&self) -> bool {
         false

@@ -23,12 +23,18 @@ pub struct Reading {
 impl Reading {
     /// Reads a buffer with the usage `MAP_READ`, after everything submitted so far.
     pub fn of(buffer: &wgpu::Buffer) -> Self {
+        Self::then(buffer, || {})
+    }
+
+    /// As [`Self::of`], and calls `done` when the bytes have arrived.
+    fn then(buffer: &wgpu::Buffer, done: impl FnOnce() + Send + 'static) -> Self {
         let state = Arc::new(AtomicU8::new(PENDING));
         let arrived = state.clone();
         buffer.map_async(wgpu::MapMode::Read, .., move |result| {
             if result.is_ok() {
                 arrived.store(READY, Ordering::Release);
             }
+            done();
         });
         Self { buffer: buffer.clone(), state }
     }
@@ -59,6 +65,11 @@ pub struct TextureReading {
 impl TextureReading {
     /// Reads a texture, after everything submitted so far.
     pub fn new(gpu: &Gpu, texture: &wgpu::Texture) -> Self {
+        Self::then(gpu, texture, || {})
+    }
+
+    /// As [`Self::new`], and calls `done` when the pixels have arrived.
+    pub fn then(gpu: &Gpu, texture: &wgpu::Texture, done: impl FnOnce() + Send + 'static) -> Self {
         let texel = texture.format().block_copy_size(None).unwrap_or(4);
         let padded = (texture.width() * texel).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -78,7 +89,7 @@ impl TextureReading {
         );
         gpu.queue.submit([encoder.finish()]);
         let (size, format) = ([texture.width(), texture.height()], texture.format());
-        Self { reading: Reading::of(&buffer), size, format }
+        Self { reading: Reading::then(&buffer, done), size, format }
     }
 
     /// Whether the pixels have arrived.

@@ -324,7 +324,7 @@ impl Side {
         }
         let by_repetition = self.method != Method::Timestamps;
         if moved || self.unfiltered > 0 || (measure && self.frames_left > 0 && !by_repetition) {
-            self.record(gpu, stage, moment, moved);
+            self.record(ctx, gpu, stage, moment, moved);
             return Progress::Busy;
         }
         if by_repetition && measure && self.times.rounds() < rounds {
@@ -337,7 +337,7 @@ impl Side {
         Progress::Idle
     }
 
-    fn record(&mut self, gpu: &Gpu, stage: &Stage, moment: Moment, moved: bool) {
+    fn record(&mut self, ctx: &Context, gpu: &Gpu, stage: &Stage, moment: Moment, moved: bool) {
         self.frames_left = self.frames_left.saturating_sub(1);
         self.unfiltered = self.unfiltered.saturating_sub(1);
         self.moment = Some(moment);
@@ -372,7 +372,8 @@ impl Side {
         if let Some(show) = &self.show {
             show.record(gpu, &mut encoder, &seen, Changed::Anything);
         }
-        self.drawing = Some(Work::submit(&gpu.queue, Some(encoder.finish())));
+        let ctx = ctx.clone();
+        self.drawing = Some(Work::submit_then(&gpu.queue, Some(encoder.finish()), move || ctx.request_repaint()));
         if self.method == Method::Timestamps {
             self.timestamps = self.graph.timing_buffer().map(Reading::of);
         }

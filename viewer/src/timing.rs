@@ -204,6 +204,15 @@ struct End {
 impl Work {
     /// Submits commands and records the time.
     pub fn submit(queue: &wgpu::Queue, commands: Option<wgpu::CommandBuffer>) -> Self {
+        Self::submit_then(queue, commands, || {})
+    }
+
+    /// As [`Self::submit`], and calls `done` when they are complete.
+    pub fn submit_then(
+        queue: &wgpu::Queue,
+        commands: Option<wgpu::CommandBuffer>,
+        done: impl FnOnce() + Send + 'static,
+    ) -> Self {
         let end: Arc<Mutex<End>> = Arc::default();
         let recorded = end.clone();
         let start = Instant::now();
@@ -212,6 +221,8 @@ impl Work {
             let mut end = recorded.lock().unwrap_or_else(PoisonError::into_inner);
             end.at = Some(Instant::now());
             end.waker.take().into_iter().for_each(Waker::wake);
+            drop(end);
+            done();
         });
         Self { start, end }
     }

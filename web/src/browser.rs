@@ -95,10 +95,14 @@ impl Host for Page {
         choose();
     }
 
+    fn covers_until_first_picture(&self) -> bool {
+        true
+    }
+
     fn load(&mut self, source: &Source, delivery: Delivery) -> Box<dyn Any> {
         let receive = Closure::<dyn FnMut(JsValue)>::new(move |message: JsValue| match message.dyn_into() {
             Ok(bytes) => {
-                delivery.packed(js_sys::Uint8Array::to_vec(&bytes));
+                delivery.packed(&js_sys::Uint8Array::to_vec(&bytes));
             }
             Err(text) => delivery.failed(text.as_string().unwrap_or_default()),
         });
@@ -123,7 +127,8 @@ pub async fn start(canvas: web_sys::HtmlCanvasElement, address: String) -> Resul
         old.destroy();
     }
     let runner = eframe::WebRunner::new();
-    let options = eframe::WebOptions { wgpu_options: configuration(), ..Default::default() };
+    // Dithering hides steps in smooth gradients, of which the interface has none.
+    let options = eframe::WebOptions { wgpu_options: configuration(), dithering: false, ..Default::default() };
     let create = Box::new(move |context: &eframe::CreationContext<'_>| {
         let viewer = Viewer::new(context, Box::new(Page), &address, |reason| device_lost(&reason))?;
         Ok(Box::new(viewer) as Box<dyn eframe::App>)

@@ -20,6 +20,8 @@ use crate::{
 
 /// Time between two passes of the interface while a software adapter traces: about that of its batches.
 const SOFTWARE_PAUSE: Duration = Duration::from_millis(300);
+/// The same while a frame is drawn, in case that something else than the frame is waited for.
+const SOFTWARE_WAIT: Duration = Duration::from_millis(100);
 /// The same while it measures configurations: a step often waits for less.
 const SOFTWARE_STEP: Duration = Duration::from_millis(30);
 /// Depth that is shown as middle grey, as a fraction of the diagonal of what is looked at.
@@ -110,10 +112,15 @@ impl Viewer {
         // The interface shows the current results in the next pass.
         let ready = drawn && self.exposure_reading.is_none() && self.playing.is_none();
         self.settled = ready && self.ready;
-        busy |= ready && !self.settled;
+        let again = ready && !self.settled;
         self.ready = ready;
-        if busy || self.playing.is_some() {
+        if again {
             ctx.request_repaint();
+        } else if busy || self.playing.is_some() {
+            // In a browser, the device says when a frame is complete. Painting takes a software adapter as long as much of its
+            // work, so there nothing is painted meanwhile.
+            let told = cfg!(target_arch = "wasm32") && self.software && self.state.metric != Metric::Flip;
+            ctx.request_repaint_after(if told { SOFTWARE_WAIT } else { Duration::ZERO });
         } else if self.state.reference && !self.reference_done && !measuring && !searching {
             // A software adapter paints the interface slowly, so it spends most of its time on tracing.
             let wait = if self.software { SOFTWARE_PAUSE } else { Duration::ZERO };
@@ -206,7 +213,9 @@ impl Viewer {
         if let (true, Some(side)) = (due, self.sides[0].as_ref().filter(|side| side.is_drawn()))
             && let Some(direct) = side.output("direct")
         {
-            self.exposure_reading = Some((subject.clone(), TextureReading::new(&self.gpu, direct)));
+            let ctx = self.ctx.clone();
+            let reading = TextureReading::then(&self.gpu, direct, move || ctx.request_repaint());
+            self.exposure_reading = Some((subject.clone(), reading));
         }
     }
 

@@ -24,41 +24,36 @@ pub use source::{File, Source};
 use prepare::Prepared;
 
 /// Time between two frames in which parts are taken.
-const SLICE: Duration = Duration::from_millis(12);
-
-/// A part, or its bytes as [`pack`] writes them.
-enum Sent {
-    Part(Part),
-    Packed(Vec<u8>),
-}
+const SLICE: Duration = Duration::from_millis(25);
 
 /// Brings the parts of a scene to the viewer.
 #[derive(Clone)]
 pub struct Delivery {
-    sender: Sender<Sent>,
+    sender: Sender<Part>,
     ctx: egui::Context,
 }
 
 impl Delivery {
-    fn new(ctx: egui::Context) -> (Self, Receiver<Sent>) {
+    fn new(ctx: egui::Context) -> (Self, Receiver<Part>) {
         let (sender, receiver) = mpsc::channel();
         (Self { sender, ctx }, receiver)
     }
 
-    fn send(&self, sent: Sent) -> bool {
-        let wanted = self.sender.send(sent).is_ok();
-        self.ctx.request_repaint();
+    /// Delivers a part; false if the scene is not wanted any more.
+    pub fn part(&self, part: Part) -> bool {
+        // Nothing is seen of the others.
+        let shows = !matches!(part, Part::Mesh(_) | Part::Texture(_) | Part::Piece(_));
+        let wanted = self.sender.send(part).is_ok();
+        if shows {
+            self.ctx.request_repaint();
+        }
         wanted
     }
 
-    /// Delivers a part; false if the scene is not wanted any more.
-    pub fn part(&self, part: Part) -> bool {
-        self.send(Sent::Part(part))
-    }
-
     /// Delivers a part as the bytes that [`pack`] wrote; false if the scene is not wanted any more.
-    pub fn packed(&self, bytes: Vec<u8>) -> bool {
-        self.send(Sent::Packed(bytes))
+    pub fn packed(&self, bytes: &[u8]) -> bool {
+        let broken = |error| Part::Failed(format!("Halflight hit an internal error ({error}): reload the page"));
+        self.part(postcard::from_bytes(bytes).unwrap_or_else(broken))
     }
 
     /// Says why there will be no scene.
@@ -119,7 +114,7 @@ pub struct Loaded {
 pub struct Loading {
     /// Where it comes from.
     pub source: Source,
-    received: Receiver<Sent>,
+    received: Receiver<Part>,
     scene: Scene,
     loaded: Option<Box<Loaded>>,
     bvh: Option<Box<SceneBvh>>,
@@ -157,10 +152,7 @@ impl Loading {
                 return None;
             }
             let part = match self.received.try_recv() {
-                Ok(Sent::Part(part)) => part,
-                Ok(Sent::Packed(bytes)) => postcard::from_bytes(&bytes).unwrap_or_else(|error| {
-                    Part::Failed(format!("Halflight hit an internal error ({error}): reload the page"))
-                }),
+                Ok(part) => part,
                 Err(TryRecvError::Empty) => return None,
                 Err(TryRecvError::Disconnected) => {
                     Part::Failed("Halflight hit an internal error while it read the scene: open it again".into())

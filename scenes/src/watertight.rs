@@ -1,6 +1,6 @@
 //! Whether a mesh encloses solid matter, which decides how it may be voxelized.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use crate::data::{Mesh, Scene};
 
@@ -21,7 +21,7 @@ impl Mesh {
     /// For a watertight mesh the parity of the faces along a line separates inside from outside (Eisemann and Décoret
     /// 2008).
     pub fn is_watertight(&self) -> bool {
-        let mut corners = HashMap::new();
+        let mut corners = FxHashMap::default();
         let mut welded = Vec::with_capacity(self.positions.len());
         for position in &self.positions {
             // Adding 0 turns -0 into 0, which is the same position.
@@ -29,7 +29,7 @@ impl Mesh {
             welded.push(*corners.entry(position.map(|v| (v + 0.0).to_bits())).or_insert(next));
         }
         let mut parts = Parts::new(corners.len());
-        let mut edges: HashMap<[usize; 2], [u32; 2]> = HashMap::new();
+        let mut edges: FxHashMap<[usize; 2], [u32; 2]> = FxHashMap::default();
         let mut volumes = vec![0.0; corners.len()];
         let triangles = || {
             let corners = self.indices.as_chunks::<3>().0.iter();

@@ -10,6 +10,8 @@ const losses = [];
 let program;
 // The compiled program, for workers.
 let compiled;
+// A worker that starts while the viewer does.
+let spare;
 // Number of times that the viewer was opened.
 let openings = 0;
 
@@ -62,6 +64,8 @@ async function compile() {
 async function start() {
   compiled ??= compile();
   compiled.catch(() => { compiled = null; });
+  spare?.terminate();
+  spare = newWorker();
   const [module, bindings] = await Promise.all([compiled, import("./halflight_web.js")]);
   await bindings.default({ module_or_path: module });
   return bindings;
@@ -107,17 +111,28 @@ async function open() {
   }
 }
 
+// A worker with the program in it, ready for a scene.
+async function ready(worker) {
+  worker.postMessage({ module: await compiled });
+}
+
+function newWorker() {
+  const worker = new Worker("worker.js", { type: "module" });
+  ready(worker).catch((error) => worker.dispatchEvent(new ErrorEvent("error", { message: String(error) })));
+  return worker;
+}
+
 // Starts a worker that loads a scene. Returns a function that stops it.
 window.halflightLoad = (source, receive) => {
-  const worker = new Worker("worker.js", { type: "module" });
-  const fail = (event) => {
+  const worker = spare ?? newWorker();
+  spare = null;
+  worker.onmessage = ({ data }) => receive(data);
+  worker.onerror = worker.onmessageerror = (event) => {
     event.preventDefault?.();
     console.error(event.message ?? event);
     receive("Halflight hit an internal error while it read the scene: open it again, or another one");
   };
-  worker.onmessage = ({ data }) => receive(data);
-  worker.onerror = worker.onmessageerror = fail;
-  compiled.then((module) => worker.postMessage({ module, source }, [source.buffer])).catch(fail);
+  worker.postMessage({ source }, [source.buffer]);
   return () => worker.terminate();
 };
 

@@ -1,7 +1,7 @@
 //! Small images of every technique against those in `tests/snapshots`.
 //!
-//! The images there are lavapipe's. With the same Mesa and LLVM a new one agrees bit for bit; another version, another width
-//! of the processor's vectors or another adapter rounds differently, which the tolerance of [`snapshot`] allows.
+//! The images there are lavapipe's. With the same Mesa and LLVM a new one agrees bit for bit; another version, another
+//! processor or another adapter rounds differently, which the tolerance of [`snapshot`] allows.
 //! `cargo xtask snapshots` runs this test alone, and with `--accept` takes the new images over.
 
 use halflight_evaluator::experiment::session::Session;
@@ -61,6 +61,12 @@ impl Shot {
         format!("{}-{}{}{frame}", self.technique, self.scene, words.collect::<String>())
     }
 
+    /// Fraction of pixels that may differ.
+    fn outliers(&self) -> f64 {
+        let voxels = self.settings.contains(&("visibility", "auto"));
+        if voxels { snapshot::OUTLIERS_OF_VOXELS } else { snapshot::OUTLIERS }
+    }
+
     /// The final image, and beside it what the technique adds to it: indirect light, or ambient visibility.
     fn render(&self) -> Picture {
         let scene = bundled(self.scene);
@@ -90,7 +96,7 @@ fn images_are_as_they_were() {
         .filter_map(|shot| {
             let (name, image) = (shot.name(), shot.render());
             assert!(image.pixels.iter().any(|pixel| *pixel != [0; 3]), "{name} is black");
-            snapshot::compare(&name, &image).err()
+            snapshot::compare(&name, &image, shot.outliers()).err()
         })
         .collect();
     assert!(different.is_empty(), "{}", different.join("\n"));

@@ -65,6 +65,9 @@ pub fn write(state: &State) -> String {
     if state.metric != default.metric {
         add("metric", state.metric.name().into());
     }
+    if !state.antialiasing {
+        add("antialiasing", "off".into());
+    }
     if !state.reference {
         add("truth", "off".into());
     }
@@ -145,6 +148,7 @@ fn set(state: &mut State, key: &str, value: &str) -> Result<(), String> {
         "exposure" => state.exposure = Some(number(value, -30.0, 30.0)?),
         "divider" => (state.compare, state.divider) = (true, number(value, 0.0, 1.0)?),
         "compare" => state.compare = switch(value)?,
+        "antialiasing" => state.antialiasing = switch(value)?,
         "truth" => state.reference = switch(value)?,
         "metric" => {
             let names = Metric::ALL.map(Metric::name).join(", ");
@@ -293,6 +297,7 @@ mod tests {
                 exposure: Some(-1.5),
                 compare: true,
                 divider: 0.123,
+                antialiasing: false,
                 reference: false,
                 frame: 17,
                 seed: u32::MAX,

@@ -274,6 +274,7 @@ impl Viewer {
                 .collect(),
             technique_ms: side.times.technique(),
             made_in: side.made_in,
+            samples: side.samples(),
             rounds: side.times.rounds(),
             method: side.method.note().to_owned(),
             errors: Metric::ALL

@@ -4,9 +4,7 @@ use std::time::Duration;
 
 use halflight_frame_graph::Gpu;
 use halflight_metrics::{Rgb, mean, relative_floor};
-use halflight_renderer::{
-    truth::{Reading, Request, Stop, Trace, Tracer, Truth, TruthError},
-};
+use halflight_renderer::truth::{Reading, Request, Stop, Trace, Tracer, Truth, TruthError};
 use halflight_scenes::{Camera, Light};
 use wgpu::util::DeviceExt;
 

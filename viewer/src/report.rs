@@ -25,6 +25,8 @@ pub struct SideReport {
     pub technique_ms: Option<f64>,
     /// Milliseconds that its plan, and its textures and pipelines took when it was made.
     pub made_in: [f64; 2],
+    /// Samples in its picture: one, or several that are parts of a pixel apart.
+    pub samples: u32,
     /// Smallest number of measurements of any pass.
     pub rounds: usize,
     /// How they were measured.

@@ -8,6 +8,7 @@ use halflight_frame_graph::{
 use halflight_shared_shaders::{
     Call,
     viewer::{
+        average::Average,
         show::{self, Show},
         show_error::{self, ShowError},
         show_surfels::{self, ShowSurfels},
@@ -98,7 +99,7 @@ fn shader(name: &str, format: Format) -> Option<Shown> {
 }
 
 /// A compiled graph that fills an [`Format::Rgba8Unorm`] texture (`display`) with the view; `None` if the frame lacks the
-/// texture of the view.
+/// texture of the view. An output of the frame is averaged over the frames that it is recorded with, from frame 0 on.
 pub fn show(
     gpu: &Gpu,
     frame: &CompiledGraph,
@@ -154,21 +155,28 @@ pub fn show(
     let divisor = size[0].div_ceil(texture.width()).max(1);
     textures.insert("image", texture.clone());
     let (content, exposure, range) = (content as u32, look.exposure, look.range);
+    let averaged = matches!(view, View::Output(_));
+    let target = if averaged { plan.texture("picture", size, Format::Rgba8Unorm, "one picture") } else { display };
     let call = match shader(name, texture.format())? {
         Shown::Colours => {
             let limit = largest_number(texture.format());
             let params = show::Params { content, divisor, exposure, range, limit };
-            Call::from(Show { image, display, params })
+            Call::from(Show { image, display: target, params })
         }
         Shown::Surfels => {
             let params = show_surfels::Params { content, divisor, exposure, range };
-            ShowSurfels { image, display, params }.into()
+            ShowSurfels { image, display: target, params }.into()
         }
         Shown::Voxels => {
             let params = show_voxels::Params { content, divisor, exposure, range };
-            ShowVoxels { image, display, params }.into()
+            ShowVoxels { image, display: target, params }.into()
         }
     };
     plan.pass(Part::Technique, "show", call).over(size);
+    if averaged {
+        let history = plan.history("mean", size, Format::Rgba16Float, "the mean of the pictures of this view");
+        let run = Average { picture: target, mean_before: history.before, mean: history.now, display };
+        plan.pass(Part::Technique, "average", run).over(size);
+    }
     Some(CompiledGraph::new(gpu, plan, &Externals { textures, ..Default::default() }))
 }

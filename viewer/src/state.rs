@@ -184,6 +184,8 @@ pub struct State {
     pub compare: bool,
     /// Position of the divider, 0..1 of the picture's width.
     pub divider: f32,
+    /// Whether pictures are averaged over parts of a pixel while everything is still.
+    pub antialiasing: bool,
     /// Whether the path tracer runs while the camera is still.
     pub reference: bool,
     /// Frame number of an animated scene.
@@ -207,6 +209,7 @@ impl Default for State {
             sides: Default::default(),
             compare: false,
             divider: 0.5,
+            antialiasing: true,
             reference: true,
             frame: 0,
             seed: 0,

@@ -12,8 +12,12 @@ use halflight_scenes::{Light, Mesh, Scene, bulk};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BvhError, Piece, Pieces, SceneBvh, bvh::MovingBvh, contents::{BufferPart, Part, TexturePart}, environment::environment_words,
-    numbered_triangles::NumberedTriangles, texel_pool,
+    BvhError, Piece, Pieces, SceneBvh,
+    bvh::MovingBvh,
+    contents::{BufferPart, Part, TexturePart},
+    environment::environment_words,
+    numbered_triangles::NumberedTriangles,
+    texel_pool,
 };
 
 /// Twin of `Vertex` in `common/scene.wgsl`.

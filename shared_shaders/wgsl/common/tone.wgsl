@@ -11,6 +11,12 @@ fn srgb_encode(linear: vec3f) -> vec3f {
     return select(curve, 12.92 * linear, linear <= vec3f(0.0031308));
 }
 
+/// sRGB 0..1 to linear 0..1, the inverse of [`srgb_encode`].
+fn srgb_decode(encoded: vec3f) -> vec3f {
+    let curve = pow((max(encoded, vec3f(0.04045)) + 0.055) / 1.055, vec3f(2.4));
+    return select(curve, encoded / 12.92, encoded <= vec3f(0.04045));
+}
+
 /// Display value (sRGB-encoded, 0..1) of linear radiance.
 fn tone_map(radiance: vec3f, exposure: f32) -> vec3f {
     // Bounded before the multiplication (stored radiance reaches 1e30), so that the product is finite and keeps its

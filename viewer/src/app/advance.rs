@@ -58,7 +58,7 @@ impl Viewer {
         // A static scene has the same noise in every frame, unless a light is playing.
         let frame = if stage.is_animated() || self.playing.is_some() { self.frame() } else { 0 };
         let moment = Moment { camera, frame, seed: self.state.seed };
-        let (mut busy, mut drawn, mut measuring) = (false, true, false);
+        let (mut busy, mut drawn, mut measuring, mut smoothing) = (false, true, false, false);
         let smaller = self.is_smaller();
         if smaller {
             self.advance_smaller(&stage, moment, ctx, renderer);
@@ -70,6 +70,7 @@ impl Viewer {
                 Progress::Waiting => drawn = false,
                 Progress::Busy => busy = true,
                 Progress::Measuring => measuring = true,
+                Progress::Smoothing => smoothing = true,
             }
             drawn &= self.sides[index].as_ref().is_none_or(Side::is_settled);
         }
@@ -91,7 +92,8 @@ impl Viewer {
                 _ => ctx.request_repaint_after(if self.software { SOFTWARE_STEP } else { Duration::ZERO }),
             }
         }
-        if !busy && !measuring && !searching && self.state.reference && resting && !self.reference_done {
+        let quiet = !busy && !measuring && !smoothing && !searching;
+        if quiet && self.state.reference && resting && !self.reference_done {
             match self.reference.step(&self.gpu, &stage, &subject) {
                 Ok(more) => self.reference_done = !more,
                 Err(error) => {
@@ -116,7 +118,7 @@ impl Viewer {
         self.ready = ready;
         if again {
             ctx.request_repaint();
-        } else if busy || self.playing.is_some() {
+        } else if busy || smoothing || self.playing.is_some() {
             // In a browser, the device says when a frame is complete. Painting takes a software adapter as long as much of its
             // work, so there nothing is painted meanwhile.
             let told = cfg!(target_arch = "wasm32") && self.software && self.state.metric != Metric::Flip;
@@ -186,7 +188,11 @@ impl Viewer {
             && self.playing.is_none()
             && self.loads.step().is_none()
             && (self.exposure.is_some() || self.state.exposure.is_some());
-        let wanted = Wanted { measure, rounds, of_scene: self.benchmark || self.listing[index] };
+        // A software adapter finds the errors first.
+        let known = side.errors.get(self.state.metric).is_some() || self.reference_done || !self.state.reference;
+        let still = self.playing.is_none() && self.changed.elapsed() > REST && !self.best.is_running();
+        let smooth = self.state.antialiasing && still && !self.benchmark && (known || !self.software);
+        let wanted = Wanted { measure, rounds, of_scene: self.benchmark || self.listing[index], smooth };
         side.draw(ctx, gpu, stage, moment, wanted)
     }
 

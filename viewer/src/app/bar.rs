@@ -62,6 +62,8 @@ impl Viewer {
                 ui.selectable_value(&mut self.state.size, size, label(size));
             }
             ui.separator();
+            ui.checkbox(&mut self.state.antialiasing, "Antialiasing")
+                .on_hover_text("Averages pictures over parts of a pixel while everything is still");
             ui.checkbox(&mut self.motion.allowed, "Smaller while it moves")
                 .on_hover_text("Keeps 30 frames a second. Times and errors are always those of the whole picture.");
         });

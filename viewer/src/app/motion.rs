@@ -134,7 +134,7 @@ impl Viewer {
         let (size, view) = (self.motion.size(self.state.size), self.view());
         let keep_all = matches!(view, View::Texture(_));
         let look = self.look(stage);
-        let wanted = Wanted { measure: false, rounds: 0, of_scene: false };
+        let wanted = Wanted { measure: false, rounds: 0, of_scene: false, smooth: false };
         for index in 0..2 {
             if index == 1 && !self.state.compare {
                 self.closed.extend(self.motion.sides[index].take());
@@ -175,9 +175,16 @@ mod tests {
     #[test]
     fn the_share_follows_the_time_of_a_frame() {
         // Three quarters of both sides are 0.56 of the pixels, half are a quarter, and so on.
-        for (share, ms, wanted) in
-            [(0, 20.0, 0), (0, 45.0, 1), (0, 100.0, 2), (0, 200.0, 3), (0, 1e4, 4), (4, 5.0, 2), (4, 2.0, 0), (2, 8.0, 0)]
-        {
+        for (share, ms, wanted) in [
+            (0, 20.0, 0),
+            (0, 45.0, 1),
+            (0, 100.0, 2),
+            (0, 200.0, 3),
+            (0, 1e4, 4),
+            (4, 5.0, 2),
+            (4, 2.0, 0),
+            (2, 8.0, 0),
+        ] {
             assert_eq!(fitting_share(share, ms), wanted, "{share} {ms}");
         }
         let motion = Motion { share: 4, ..Motion::default() };

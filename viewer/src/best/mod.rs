@@ -301,13 +301,13 @@ impl BestSearch {
         // Repetitions continue a history. Timed frames replace the light that was read.
         let measure = side.method == Method::Timestamps || side.light.is_some();
         let moment = Moment { camera: self.subject.camera, frame: self.subject.frame, seed };
-        match side.draw(ctx, gpu, stage, moment, Wanted { measure, rounds, of_scene: false }) {
+        match side.draw(ctx, gpu, stage, moment, Wanted { measure, rounds, of_scene: false, smooth: false }) {
             Progress::Busy | Progress::Waiting => return Err(Step::Working),
             Progress::Measuring => {
                 let slow = side.times.technique().filter(|&ms| ms > cell.slowest_ms);
                 return slow.map(Outcome::TooSlow).ok_or(Step::Measuring);
             }
-            Progress::Idle => side.read_light(gpu),
+            Progress::Idle | Progress::Smoothing => side.read_light(gpu),
         }
         let times = match side.time(rounds) {
             SideTime::Known(_) => side.times.of_technique(),

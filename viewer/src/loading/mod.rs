@@ -127,11 +127,7 @@ pub struct Loading {
 
 impl Loading {
     /// Starts. `work` gives the source to another thread, and stops that when its result is dropped.
-    pub fn start(
-        source: Source,
-        ctx: &egui::Context,
-        work: impl FnOnce(&Source, Delivery) -> Box<dyn Any>,
-    ) -> Self {
+    pub fn start(source: Source, ctx: &egui::Context, work: impl FnOnce(&Source, Delivery) -> Box<dyn Any>) -> Self {
         let (delivery, received) = Delivery::new(ctx.clone());
         let job = work(&source, delivery);
         let step = "Reading the scene…";

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use crate::{alone, centre, chromium::Page, demo, open, rect, settled, target};
+use crate::{alone, centre, chromium::Page, cut, demo, difference, open, rect, settled, spread, target};
 
 #[test]
 fn the_page_says_what_it_is_before_the_program_runs() {
@@ -27,6 +27,23 @@ fn the_page_says_what_it_is_before_the_program_runs() {
     page.go(&format!("file://{}", target().join("dist/index.html").canonicalize().unwrap().display()));
     page.wait_for("document.getElementById('title')?.textContent === 'This page needs a server'");
     page.screenshot(&target(), "from-disk");
+}
+
+#[test]
+fn edges_are_smooth_when_everything_is_still() {
+    let _alone = alone();
+    let mut page = Page::open(crate::SIZE, 1.0);
+    let mut picture = |antialiasing: &str, samples: u64| {
+        page.go(&format!("{}#scene=cornell&size=96x54&truth=off&a=none&antialiasing={antialiasing}", demo()));
+        let of = |report: &serde_json::Value| report["sides"][0]["samples"].as_u64();
+        let report = page.wait("all samples", |report| settled(report) && of(report) == Some(samples));
+        cut(&page.screenshot(&target(), &format!("antialiasing-{antialiasing}")), rect(&report, "picture"))
+    };
+    let (sharp, smooth) = (picture("off", 1), picture("on", 8));
+    // Only edges differ, and by less than the steps across them. Nothing gets brighter.
+    let (before, after) = (spread(&sharp), spread(&smooth));
+    assert!(difference(&sharp, &smooth) > 0.2, "{before:?} {after:?}");
+    assert!((before.0 - after.0).abs() < 1.0 && after.1 < before.1, "{before:?} {after:?}");
 }
 
 #[test]

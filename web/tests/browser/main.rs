@@ -49,10 +49,10 @@ fn demo() -> String {
     format!("http://{address}/")
 }
 
-/// Opens a page with this state.
+/// Opens a page with this state, without antialiasing: the pictures are those of one frame.
 fn open(state: &str) -> chromium::Page {
     let mut page = chromium::Page::open(SIZE, 1.0);
-    page.go(&format!("{}#{state}", demo()));
+    page.go(&format!("{}#{state}&antialiasing=off", demo()));
     page
 }
 

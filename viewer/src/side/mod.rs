@@ -1,8 +1,11 @@
 //! A configuration of a technique that is drawn and measured.
 
+mod results;
+mod samples;
+
 use eframe::egui::Context;
 use halflight_frame_graph::{
-    Cause, Changed, CompiledGraph, Continuity, Externals, FramePlan, Gpu, Part, non_finite::ValueCounts,
+    Cause, Changed, CompiledGraph, Continuity, Externals, FramePlan, Gpu, Handle, Part, View as FrameView,
 };
 use halflight_renderer::{
     PlanInputs,
@@ -17,8 +20,7 @@ use crate::{
     check::Check,
     error::Errors,
     readback::{Reading, TextureReading},
-    reference::Reference,
-    seen::{Key, Seen},
+    seen::Seen,
     show::{Look, ReferenceTextures, show},
     stage::{Bvh, Stage},
     state::{Configuration, View},
@@ -54,6 +56,10 @@ pub struct Side {
     old: Vec<CompiledGraph>,
     texture: Option<eframe::egui::TextureId>,
     drawing: Option<Work>,
+    /// A sample on the device.
+    smoothing: Option<Work>,
+    /// Samples in the picture; one more than [`SAMPLES`] once the view itself was drawn again.
+    samples: u32,
     timestamps: Option<Reading>,
     round: Option<Round>,
     /// Running medians of the passes' times.
@@ -108,6 +114,8 @@ pub struct Wanted {
     pub rounds: usize,
     /// Whether passes of the scene are timed by repetition, too.
     pub of_scene: bool,
+    /// Whether the picture is antialiased once there is nothing else to do.
+    pub smooth: bool,
 }
 
 /// The result of `Side::draw`.
@@ -121,6 +129,8 @@ pub enum Progress {
     Busy,
     /// A round of repetitions runs, which painting would disturb. It requests the next pass itself.
     Measuring,
+    /// The picture is there, and gets smoother.
+    Smoothing,
 }
 
 /// The plan of a configuration.
@@ -196,6 +206,8 @@ impl Side {
             old: Vec::new(),
             texture: None,
             drawing: None,
+            smoothing: None,
+            samples: 0,
             timestamps: None,
             round: None,
             method,
@@ -285,7 +297,7 @@ impl Side {
 
     /// Draws, and measures what is `wanted`, as far as the device is ready.
     pub fn draw(&mut self, ctx: &Context, gpu: &Gpu, stage: &Stage, moment: Moment, wanted: Wanted) -> Progress {
-        let Wanted { measure, rounds, of_scene } = wanted;
+        let Wanted { measure, rounds, of_scene, smooth } = wanted;
         self.times.of_scene = of_scene || self.method == Method::Timestamps;
         if let Some(work) = &self.drawing {
             let Some(took) = work.milliseconds() else { return Progress::Busy };
@@ -334,16 +346,14 @@ impl Side {
             }
             return Progress::Measuring;
         }
+        if smooth && self.smooth(ctx, gpu, stage, moment) {
+            return Progress::Smoothing;
+        }
         Progress::Idle
     }
 
-    fn record(&mut self, ctx: &Context, gpu: &Gpu, stage: &Stage, moment: Moment, moved: bool) {
-        self.frames_left = self.frames_left.saturating_sub(1);
-        self.unfiltered = self.unfiltered.saturating_sub(1);
-        self.moment = Some(moment);
-        (self.light, self.indirect, self.compared_with) = (None, None, 0);
-        (self.errors, self.seen) = (Errors::default(), Seen::default());
-        self.check = Check::default();
+    /// The view of the next frame, and what has changed since the last one.
+    fn seen(&mut self, gpu: &Gpu, stage: &Stage, moment: Moment, moved: bool) -> (FrameView, Vec<Handle>) {
         let mut seen = camera_view(&moment.camera, self.graph.plan().display_size, stage.facts.near);
         (seen.frame, seen.seed) = (moment.frame, moment.seed);
         let mut changed = Vec::new();
@@ -361,6 +371,18 @@ impl Side {
             seen.continuity = if moved { Continuity::Changing } else { Continuity::Static };
         }
         self.drawn_frames = self.drawn_frames.wrapping_add(1);
+        (seen, changed)
+    }
+
+    fn record(&mut self, ctx: &Context, gpu: &Gpu, stage: &Stage, moment: Moment, moved: bool) {
+        self.frames_left = self.frames_left.saturating_sub(1);
+        self.unfiltered = self.unfiltered.saturating_sub(1);
+        self.moment = Some(moment);
+        (self.light, self.indirect, self.compared_with) = (None, None, 0);
+        (self.errors, self.seen) = (Errors::default(), Seen::default());
+        self.check = Check::default();
+        (self.smoothing, self.samples) = (None, 1);
+        let (seen, changed) = self.seen(gpu, stage, moment, moved);
         // Frames of a moment after its first one are measured.
         let changed =
             if moved || self.method != Method::Timestamps { Changed::Only(&changed) } else { Changed::Anything };
@@ -370,7 +392,7 @@ impl Side {
         }
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         if let Some(show) = &self.show {
-            show.record(gpu, &mut encoder, &seen, Changed::Anything);
+            show.record(gpu, &mut encoder, &FrameView { frame: 0, ..seen }, Changed::Anything);
         }
         let ctx = ctx.clone();
         self.drawing = Some(Work::submit_then(&gpu.queue, Some(encoder.finish()), move || ctx.request_repaint()));
@@ -389,12 +411,15 @@ impl Side {
         reference: Option<(&ReferenceTextures, u64)>,
         renderer: &mut eframe::egui_wgpu::Renderer,
     ) -> bool {
+        // Only these views show the reference.
+        let reference = reference.filter(|_| matches!(view, View::Reference | View::Error));
         let key = (view.clone(), look, reference.map_or(0, |(_, version)| version));
         let changed = self.shown.as_ref() != Some(&key);
         if changed {
             self.shown = Some(key);
             self.old.extend(self.show.take());
             self.show = show(gpu, &self.graph, view, look, reference.map(|(textures, _)| textures));
+            self.samples = self.samples.min(1);
             if let Some(show) = &self.show
                 && let Some(display) = show.output("display")
             {
@@ -422,53 +447,6 @@ impl Side {
     /// The display colours of the picture, if there is one.
     pub fn display(&self) -> Option<&wgpu::Texture> {
         self.show.as_ref()?.output("display")
-    }
-
-    /// Reads back the indirect light of the last frame, once per change. It is black if the technique has no such output.
-    pub fn read_light(&mut self, gpu: &Gpu) {
-        if self.light.is_some() || self.moment.is_none() {
-            return;
-        }
-        match (&self.indirect, self.graph.output("indirect")) {
-            (None, Some(texture)) => self.indirect = Some(TextureReading::new(gpu, texture)),
-            (Some(reading), _) => {
-                if let Some(texels) = reading.take() {
-                    self.light = Some(texels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
-                    self.indirect = None;
-                }
-            }
-            (None, None) => {
-                let [width, height] = self.graph.plan().display_size;
-                self.light = Some(vec![[0.0; 3]; width as usize * height as usize]);
-            }
-        }
-    }
-
-    /// Forgets its errors, because the reference shows something else.
-    pub fn forget_errors(&mut self) {
-        (self.errors, self.seen, self.compared_with) = (Errors::default(), Seen::default(), 0);
-    }
-
-    /// Continues to compute FLIP against this reading of the reference, whose noise is the FLIP between it and the one before;
-    /// true while there is more to do.
-    pub fn compare_seen(&mut self, gpu: &Gpu, key: Key, reference: &Reference, noise: f64) -> bool {
-        if self.seen.taken == Some(key) {
-            return false;
-        }
-        let Some(flip) = self.seen.step(gpu, self.graph.output("final"), key, reference) else { return true };
-        self.seen.taken = Some(key);
-        self.errors.update_seen(flip, noise, reference.lit);
-        false
-    }
-
-    /// Runs the NaN/Inf check on the last frame, once per change; true while the device works on it.
-    pub fn check(&mut self, gpu: &Gpu) -> bool {
-        self.check.step(gpu, &self.graph)
-    }
-
-    /// The results of the NaN/Inf check, once they are known.
-    pub fn check_results(&self) -> Option<&[ValueCounts]> {
-        self.check.results()
     }
 
     /// The plan.

@@ -38,7 +38,7 @@ pub trait Host {
     }
     /// Asks the user for files, and opens them with [`Viewer::open`](crate::Viewer::open) later.
     fn choose_files(&mut self) {}
-    /// Reads a source and prepares its scene with [`prepare`](crate::loading::prepare). The work stops when what is returned is
+    /// Reads a source and prepares its scene with [`prepare`]. The work stops when what is returned is
     /// dropped. By default another thread does it; browsers have none, so that a page has to do it elsewhere or blocks.
     fn load(&mut self, source: &Source, delivery: Delivery) -> Box<dyn Any> {
         let source = source.clone();

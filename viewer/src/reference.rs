@@ -101,6 +101,11 @@ pub struct ReferenceTracer {
 }
 
 impl ReferenceTracer {
+    /// Whether it is being traced.
+    pub fn has_begun(&self) -> bool {
+        self.trace.is_some()
+    }
+
     /// Drops a reference that shows something else; true if there was one.
     pub fn reset_unless(&mut self, subject: &Subject) -> bool {
         let other = self.subject.as_ref().is_some_and(|current| current != subject);

@@ -171,6 +171,8 @@ impl Viewer {
         }
         let rounds = self.rounds();
         let other = self.sides[1 - index].as_ref().map(|side| (side.is_measuring(), side.times.rounds()));
+        let measures = |side: &Side| matches!(side.time(rounds), SideTime::Measuring { .. });
+        let timed = !self.sides.iter().flatten().any(measures);
         let look = self.look(stage);
         let Some(side) = &mut self.sides[index] else { return Progress::Idle };
         if let Some(look) = look {
@@ -188,10 +190,10 @@ impl Viewer {
             && self.playing.is_none()
             && self.loads.step().is_none()
             && (self.exposure.is_some() || self.state.exposure.is_some());
-        // A software adapter finds the errors first.
+        // Times would count the samples, too, and a software adapter finds the errors first.
         let known = side.errors.get(self.state.metric).is_some() || self.reference_done || !self.state.reference;
         let still = self.playing.is_none() && self.changed.elapsed() > REST && !self.best.is_running();
-        let smooth = self.state.antialiasing && still && !self.benchmark && (known || !self.software);
+        let smooth = self.state.antialiasing && still && timed && !self.benchmark && (known || !self.software);
         let wanted = Wanted { measure, rounds, of_scene: self.benchmark || self.listing[index], smooth };
         side.draw(ctx, gpu, stage, moment, wanted)
     }

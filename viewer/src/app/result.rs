@@ -94,6 +94,9 @@ impl Viewer {
             if self.best.is_running() {
                 return "The reference waits for the search.".into();
             }
+            if self.reference.has_begun() {
+                return "Reference: path-traced, its first sample of each pixel is on its way.".into();
+            }
             return "The reference starts when the picture is drawn and timed.".into();
         };
         let shown = self.sides.iter().flatten().filter_map(|side| side.errors.get(self.state.metric));

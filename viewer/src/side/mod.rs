@@ -29,8 +29,9 @@ use crate::{
 
 /// Frames that are measured after a change.
 const MEASURED_FRAMES: u32 = 11;
-/// Frames for which a temporal filter runs after a change, until the picture is settled.
-const FILTERED_FRAMES: u32 = 32;
+/// Frames after a change until a picture that builds on frames before is settled: on a GPU, and on a software adapter, where
+/// each takes a second and time and error would come late.
+const FILTERED_FRAMES: [u32; 2] = [32, 8];
 
 /// What a frame depends on apart from its plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +59,7 @@ pub struct Side {
     drawing: Option<Work>,
     /// A sample on the device.
     smoothing: Option<Work>,
-    /// Samples in the picture; one more than [`SAMPLES`] once the view itself was drawn again.
+    /// Samples in the picture; one more than their number once the view itself was drawn again.
     samples: u32,
     timestamps: Option<Reading>,
     round: Option<Round>,
@@ -331,7 +332,8 @@ impl Side {
             self.round = None;
             self.frames_left = MEASURED_FRAMES;
             // In an animated scene the filter continues with the next frame of the animation.
-            self.unfiltered = if self.has_history() && !stage.is_animated() { FILTERED_FRAMES } else { 0 };
+            let frames = FILTERED_FRAMES[usize::from(stage.software)];
+            self.unfiltered = if self.has_history() && !stage.is_animated() { frames } else { 0 };
             self.drawn = false;
         }
         let by_repetition = self.method != Method::Timestamps;

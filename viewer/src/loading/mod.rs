@@ -42,7 +42,7 @@ impl Delivery {
     /// Delivers a part; false if the scene is not wanted any more.
     pub fn part(&self, part: Part) -> bool {
         // Nothing is seen of the others.
-        let shows = !matches!(part, Part::Mesh(_) | Part::Texture(_) | Part::Piece(_));
+        let shows = !matches!(part, Part::Mesh(_) | Part::Texture(_) | Part::Sight(_) | Part::Piece(_));
         let wanted = self.sender.send(part).is_ok();
         if shows {
             self.ctx.request_repaint();
@@ -116,6 +116,7 @@ pub struct Loading {
     pub source: Source,
     received: Receiver<Part>,
     scene: Scene,
+    sight: Option<Box<Sight>>,
     loaded: Option<Box<Loaded>>,
     bvh: Option<Box<SceneBvh>>,
     /// What it is doing.
@@ -131,7 +132,17 @@ impl Loading {
         let (delivery, received) = Delivery::new(ctx.clone());
         let job = work(&source, delivery);
         let step = "Reading the scene…";
-        Self { source, received, scene: Scene::default(), loaded: None, bvh: None, step, ended: false, _job: job }
+        Self {
+            source,
+            received,
+            scene: Scene::default(),
+            sight: None,
+            loaded: None,
+            bvh: None,
+            step,
+            ended: false,
+            _job: job,
+        }
     }
 
     /// Whether nothing follows.
@@ -172,13 +183,16 @@ impl Loading {
             }
             Part::Mesh(mesh) => self.scene.meshes.push(mesh),
             Part::Texture(texture) => self.scene.textures.push(texture),
+            Part::Sight(sight) => self.sight = Some(sight),
             Part::Prepared(prepared) => {
                 let scene = std::mem::take(&mut self.scene);
                 if let Err(error) = SceneSize::of(&scene).check(&gpu.limits()) {
                     self.ended = true;
                     return Some(Event::Failed(error.to_string()));
                 }
-                let Prepared { needs, sight, contents } = *prepared;
+                let Prepared { needs, contents } = *prepared;
+                // It was sent before.
+                let sight = *self.sight.take()?;
                 let buffers = SceneBuffers::reserve(gpu, contents);
                 self.loaded = Some(Box::new(Loaded { scene, needs, sight, buffers }));
                 self.step = "Uploading the scene…";
@@ -251,12 +265,17 @@ mod tests {
             assert!(matches!(parts.last(), Some(Part::End)), "{name}");
             let scene = bundled::scene(name).expect("a bundled scene");
             for part in &parts {
-                if let Part::Prepared(prepared) = part {
-                    let Prepared { needs, sight, contents } = &**prepared;
-                    assert_eq!(needs, &SceneNeeds::of(&scene), "{name}");
-                    assert_eq!(*contents, halflight_renderer::scene::SceneContents::of(&scene).0, "{name}");
-                    let here = Sight::new(&scene).extent(&[scene.camera]);
-                    assert_eq!(sight.extent(&[scene.camera]), here, "{name}");
+                match part {
+                    Part::Sight(sight) => {
+                        let here = Sight::new(&scene).extent(&[scene.camera]);
+                        assert_eq!(sight.extent(&[scene.camera]), here, "{name}");
+                    }
+                    Part::Prepared(prepared) => {
+                        let Prepared { needs, contents } = &**prepared;
+                        assert_eq!(needs, &SceneNeeds::of(&scene), "{name}");
+                        assert_eq!(*contents, halflight_renderer::scene::SceneContents::of(&scene).0, "{name}");
+                    }
+                    _ => {}
                 }
             }
             assert_eq!(scene_of(parts), scene, "{name}");

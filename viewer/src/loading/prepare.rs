@@ -15,6 +15,8 @@ pub enum Part {
     Mesh(Mesh),
     /// The next texture.
     Texture(Texture),
+    /// The triangles of the scene for rays of cameras.
+    Sight(Box<Sight>),
     /// What the scene needs, and the sizes of its buffers. Their contents follow.
     Prepared(Box<Prepared>),
     /// Contents of a buffer of the scene, or of its BVH.
@@ -44,7 +46,6 @@ pub struct Found {
 #[derive(Serialize, Deserialize)]
 pub struct Prepared {
     pub needs: SceneNeeds,
-    pub sight: Sight,
     pub contents: SceneContents,
 }
 
@@ -86,8 +87,8 @@ fn prepare_parts(source: Source, deliver: &mut dyn FnMut(Part) -> bool) -> Optio
     scene.meshes.iter().try_for_each(|mesh| send(Part::Mesh(mesh.clone())))?;
     scene.textures.iter().try_for_each(|texture| send(Part::Texture(texture.clone())))?;
     let (contents, pieces) = SceneContents::of(&scene);
-    let (needs, sight) = (SceneNeeds::of(&scene), Sight::new(&scene));
-    send(Part::Prepared(Box::new(Prepared { needs, sight, contents })))?;
+    send(Part::Sight(Box::new(Sight::new(&scene))))?;
+    send(Part::Prepared(Box::new(Prepared { needs: SceneNeeds::of(&scene), contents })))?;
     pieces.iter().try_for_each(|piece| send(Part::Piece(piece)))?;
     drop(pieces);
     send(Part::Drawable)?;

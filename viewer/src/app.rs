@@ -381,14 +381,18 @@ impl eframe::App for Viewer {
         #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
         self.reload_shaders();
         // The animation advances once the picture of the last frame is drawn.
-        if self.visible_sides().iter().flatten().all(Side::is_drawn)
+        if self.has_drawn()
             && let (Some(playing), Some(stage)) = (&mut self.playing, &self.stage)
         {
             *playing = playing.step(stage.is_animated().then(|| stage.scene.moves.last_frame()));
         }
         let before = (self.state.camera, self.state.lights.clone(), self.state.frame);
         let sides = self.state.sides.clone();
-        let pictured = self.sides[0].as_ref().is_some_and(|side| side.is_drawn() && side.picture().is_some());
+        // A view or a configuration without a picture has a sentence instead.
+        let pictured = match &self.sides[0] {
+            Some(side) => side.is_looked_at(),
+            None => self.side_errors[0].is_some() && self.loads.step().is_none(),
+        };
         if pictured || !self.is_covered() {
             self.interface(ui);
         }

@@ -11,7 +11,7 @@ use wgpu::util::DeviceExt;
 use crate::{
     error::{Errors, Estimate, Halves, Metric},
     show::ReferenceTextures,
-    stage::{Bvh, Stage},
+    stage::Stage,
     timing::Work,
 };
 
@@ -125,9 +125,7 @@ impl ReferenceTracer {
     /// If the scene or the picture is too large for the device.
     pub fn step(&mut self, gpu: &Gpu, stage: &Stage, subject: &Subject) -> Result<bool, TruthError> {
         if self.tracer.is_none() {
-            if let Bvh::Failed(error) = &stage.bvh {
-                return Err(error.clone().into());
-            }
+            stage.has_bvh().map_err(|error| error.clone())?;
             let Some((scene, buffers)) = stage.traceable(subject.frame) else { return Ok(true) };
             self.tracer = Some(Tracer::new(gpu, scene, buffers)?);
         }

@@ -11,6 +11,9 @@ const LARGEST_ZIP: u64 = 1 << 30;
 /// Zips inside of zips are unpacked up to this depth.
 const DEEPEST_ZIP: u32 = 3;
 
+/// Extensions of environment maps.
+const MAPS: [&str; 3] = ["hdr", "exr", "pic"];
+
 /// A file by its name, with folders where it is known in which it was.
 type File = (String, Vec<u8>);
 
@@ -54,7 +57,7 @@ pub fn dropped(files: Vec<File>) -> Result<Opened, SceneError> {
         let names = rest.iter().map(|(name, _)| name.as_str());
         names.filter(|name| wanted.contains(&extension(name).as_str())).map(str::to_owned).collect()
     };
-    let (scene_files, models, maps) = (of(&["toml"]), of(&["obj", "gltf", "glb"]), of(&["hdr", "exr", "pic"]));
+    let (scene_files, models, maps) = (of(&["toml"]), of(&["obj", "gltf", "glb"]), of(&MAPS));
     let mut warnings = Vec::new();
     let path = match (scene_files.as_slice(), models.as_slice()) {
         ([one], _) | ([], [one]) => Some(one.clone()),
@@ -92,6 +95,12 @@ pub fn dropped(files: Vec<File>) -> Result<Opened, SceneError> {
     }
     warnings.append(&mut scene.warnings);
     Ok(Opened { scene: Some(scene), presets, warnings, ..Opened::default() })
+}
+
+/// Whether a file may be an environment map, or a zip with one.
+pub fn may_be_map(name: &str) -> bool {
+    let extension = extension(name);
+    extension == "zip" || MAPS.contains(&extension.as_str())
 }
 
 /// Whether a TOML file is a preset: it has a key `technique`.

@@ -59,6 +59,8 @@ pub struct Look {
     pub exposure: f32,
     /// Depth that is shown as middle grey, scene units.
     pub range: f32,
+    /// Whether pictures are averaged, see [`show`].
+    pub averaged: bool,
 }
 
 /// Names of the plan's textures, apart from its outputs, that can be shown.
@@ -99,7 +101,7 @@ fn shader(name: &str, format: Format) -> Option<Shown> {
 }
 
 /// A compiled graph that fills an [`Format::Rgba8Unorm`] texture (`display`) with the view; `None` if the frame lacks the
-/// texture of the view. An output of the frame is averaged over the frames that it is recorded with, from frame 0 on.
+/// texture of the view. With `look.averaged`, it is the mean of the pictures that it is recorded with, from frame 0 on.
 pub fn show(
     gpu: &Gpu,
     frame: &CompiledGraph,
@@ -155,8 +157,7 @@ pub fn show(
     let divisor = size[0].div_ceil(texture.width()).max(1);
     textures.insert("image", texture.clone());
     let (content, exposure, range) = (content as u32, look.exposure, look.range);
-    let averaged = matches!(view, View::Output(_));
-    let target = if averaged { plan.texture("picture", size, Format::Rgba8Unorm, "one picture") } else { display };
+    let target = if look.averaged { plan.texture("picture", size, Format::Rgba8Unorm, "one picture") } else { display };
     let call = match shader(name, texture.format())? {
         Shown::Colours => {
             let limit = largest_number(texture.format());
@@ -173,7 +174,7 @@ pub fn show(
         }
     };
     plan.pass(Part::Technique, "show", call).over(size);
-    if averaged {
+    if look.averaged {
         let history = plan.history("mean", size, Format::Rgba16Float, "the mean of the pictures of this view");
         let run = Average { picture: target, mean_before: history.before, mean: history.now, display };
         plan.pass(Part::Technique, "average", run).over(size);

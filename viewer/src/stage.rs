@@ -10,16 +10,6 @@ use halflight_scenes::{Camera, Light, Scene};
 
 use crate::loading::Loaded;
 
-/// Whether rays can be traced through a scene.
-pub enum Bvh {
-    /// Not yet.
-    Building,
-    /// The buffers have it.
-    Built,
-    /// The scene has none.
-    Failed(BvhError),
-}
-
 /// An animated scene in one frame.
 struct Posed {
     frame: u32,
@@ -37,8 +27,8 @@ pub struct Stage {
     pub facts: SceneFacts,
     /// The scene's buffers.
     pub buffers: SceneBuffers,
-    /// Its BVH.
-    pub bvh: Bvh,
+    /// Why there is no BVH and will be none.
+    bvh_error: Option<BvhError>,
     /// An animated scene as it is in one frame, for the path tracer.
     posed: Option<Posed>,
     /// Whether the device is a software adapter.
@@ -62,7 +52,7 @@ impl Stage {
             scene,
             facts,
             buffers,
-            bvh: Bvh::Building,
+            bvh_error: None,
             posed: None,
             software,
             sight,
@@ -72,13 +62,18 @@ impl Stage {
 
     /// Uses the BVH of the scene, or keeps why there is none.
     pub fn set_bvh(&mut self, bvh: Result<Box<SceneBvh>, BvhError>) {
-        self.bvh = match bvh {
-            Ok(bvh) => {
-                self.buffers.set_bvh(*bvh);
-                Bvh::Built
-            }
-            Err(error) => Bvh::Failed(error),
-        };
+        match bvh {
+            Ok(bvh) => self.buffers.set_bvh(*bvh),
+            Err(error) => self.bvh_error = Some(error),
+        }
+    }
+
+    /// Whether the BVH was built.
+    ///
+    /// # Errors
+    /// Why it cannot be built.
+    pub fn has_bvh(&self) -> Result<bool, &BvhError> {
+        self.bvh_error.as_ref().map_or_else(|| Ok(self.buffers.has_bvh()), Err)
     }
 
     /// Uses the scene as it is in a frame, with its BVH, for the path tracer.
@@ -100,7 +95,7 @@ impl Stage {
             let posed = self.posed.as_ref().filter(|posed| posed.frame == frame)?;
             return Some((&posed.scene, &posed.buffers));
         }
-        matches!(self.bvh, Bvh::Built).then_some((&self.scene, &self.buffers))
+        self.buffers.has_bvh().then_some((&self.scene, &self.buffers))
     }
 
     fn relight_posed(&mut self, gpu: &Gpu) {

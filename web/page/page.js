@@ -52,7 +52,6 @@ async function untilFirstPicture(opened) {
   }
 }
 
-// Compiles the program once, for the page and its workers.
 async function compile() {
   const response = await fetch("halflight_web_bg.wasm");
   if (!response.ok) throw new Error(`The program cannot be loaded: ${response.status} ${response.statusText}`);
@@ -61,6 +60,7 @@ async function compile() {
   return typed ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
 }
 
+// Compiles the program once, for the page and its workers, and starts both.
 async function start() {
   compiled ??= compile();
   compiled.catch(() => { compiled = null; });
@@ -111,14 +111,16 @@ async function open() {
   }
 }
 
-// A worker with the program in it, ready for a scene.
-async function ready(worker) {
-  worker.postMessage({ module: await compiled });
-}
-
+// A worker that gets the program, and `failed`: a promise of why it cannot work.
 function newWorker() {
   const worker = new Worker("worker.js", { type: "module" });
-  ready(worker).catch((error) => worker.dispatchEvent(new ErrorEvent("error", { message: String(error) })));
+  worker.failed = new Promise((done) => {
+    worker.onerror = worker.onmessageerror = (event) => {
+      event.preventDefault();
+      done(event.message ?? event.type);
+    };
+    compiled.then((module) => worker.postMessage({ module })).catch(done);
+  });
   return worker;
 }
 
@@ -127,11 +129,10 @@ window.halflightLoad = (source, receive) => {
   const worker = spare ?? newWorker();
   spare = null;
   worker.onmessage = ({ data }) => receive(data);
-  worker.onerror = worker.onmessageerror = (event) => {
-    event.preventDefault?.();
-    console.error(event.message ?? event);
+  worker.failed.then((reason) => {
+    console.error(reason);
     receive("Halflight hit an internal error while it read the scene: open it again, or another one");
-  };
+  });
   worker.postMessage({ source }, [source.buffer]);
   return () => worker.terminate();
 };

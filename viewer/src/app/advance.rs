@@ -13,7 +13,7 @@ use crate::{
     readback::TextureReading,
     reference::{ALL_BOUNCES, Subject},
     show::Look,
-    side::{Moment, NotMade, Progress, Side, SideTime, Wanted},
+    side::{Inputs, Moment, NotMade, Progress, Side, SideTime, Wanted},
     stage::Stage,
     state::{Bounces, View},
 };
@@ -59,9 +59,8 @@ impl Viewer {
         let frame = if stage.is_animated() || self.playing.is_some() { self.frame() } else { 0 };
         let moment = Moment { camera, frame, seed: self.state.seed };
         let (mut busy, mut drawn, mut measuring, mut smoothing) = (false, true, false, false);
-        let smaller = self.is_smaller();
+        let smaller = self.is_smaller() && self.advance_smaller(&stage, moment, ctx, renderer);
         if smaller {
-            self.advance_smaller(&stage, moment, ctx, renderer);
             (busy, drawn) = (true, false);
         }
         for index in (0..2).filter(|_| !smaller) {
@@ -155,7 +154,8 @@ impl Viewer {
         let configuration = &self.state.sides[index];
         // Other textures take over the memory of single steps, unless somebody looks at them.
         let keep_all = self.checking[index] || matches!(view, View::Texture(_));
-        match Side::bring_up(&mut self.sides[index], gpu, stage, configuration, size, keep_all) {
+        let inputs = Inputs { stage, configuration, size, keep_all };
+        match Side::bring_up(&mut self.sides[index], gpu, inputs) {
             Ok(changed) => {
                 self.side_errors[index] = None;
                 if changed {
@@ -173,7 +173,7 @@ impl Viewer {
         let other = self.sides[1 - index].as_ref().map(|side| (side.is_measuring(), side.times.rounds()));
         let measures = |side: &Side| matches!(side.time(rounds), SideTime::Measuring { .. });
         let timed = !self.sides.iter().flatten().any(measures);
-        let look = self.look(stage);
+        let look = self.look(stage, self.state.antialiasing);
         let Some(side) = &mut self.sides[index] else { return Progress::Idle };
         if let Some(look) = look {
             let reference = self.reference.found.as_ref().map(|found| (&found.textures, found.version));
@@ -193,14 +193,14 @@ impl Viewer {
         // Times would count the samples, too, and a software adapter finds the errors first.
         let known = side.errors.get(self.state.metric).is_some() || self.reference_done || !self.state.reference;
         let still = self.playing.is_none() && self.changed.elapsed() > REST && !self.best.is_running();
-        let smooth = self.state.antialiasing && still && timed && !self.benchmark && (known || !self.software);
+        let smooth = still && timed && !self.benchmark && (known || !self.software);
         let wanted = Wanted { measure, rounds, of_scene: self.benchmark || self.listing[index], smooth };
         side.draw(ctx, gpu, stage, moment, wanted)
     }
 
     /// How pictures are shown; `None` while their exposure is not known.
-    pub(super) fn look(&self, stage: &Stage) -> Option<Look> {
-        Some(Look { exposure: self.exposure_in_use()?, range: stage.diagonal() * DEPTH_RANGE })
+    pub(super) fn look(&self, stage: &Stage, averaged: bool) -> Option<Look> {
+        Some(Look { exposure: self.exposure_in_use()?, range: stage.diagonal() * DEPTH_RANGE, averaged })
     }
 
     /// Determines the exposure from the direct light of side A, which does not depend on a technique's settings.

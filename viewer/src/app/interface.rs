@@ -280,7 +280,8 @@ impl Viewer {
 
     /// Whether a side will be drawn, without anything that the user has to do.
     fn is_coming(&self, index: usize) -> bool {
-        self.side_errors[index].is_none() || self.loads.step().is_some()
+        let looked_at = self.sides[index].as_ref().is_some_and(Side::is_looked_at);
+        !looked_at && (self.side_errors[index].is_none() || self.loads.step().is_some())
     }
 
     fn caption(&self, index: usize) -> Caption {

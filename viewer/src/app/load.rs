@@ -1,5 +1,7 @@
 //! Scenes that are loaded while the viewer runs.
 
+use std::rc::Rc;
+
 use eframe::egui;
 use web_time::Instant;
 
@@ -20,7 +22,7 @@ const MOST_WARNINGS: usize = 4;
 pub(super) struct Own {
     /// Its name.
     pub(super) name: String,
-    source: Source,
+    source: Rc<Source>,
 }
 
 /// Scenes on their way to the device.
@@ -37,7 +39,7 @@ pub(super) struct Loads {
     /// An animated scene in one frame, for the path tracer.
     posed: Option<Posing>,
     /// The source of the stage's scene.
-    source: Option<Source>,
+    source: Option<Rc<Source>>,
     /// The user's own scene.
     pub(super) own: Option<Own>,
     begun: Option<Instant>,
@@ -80,7 +82,7 @@ impl Viewer {
         if self.loads.name != self.state.scene {
             let source = match self.loads.own.as_ref().filter(|_| self.state.scene == DROPPED) {
                 Some(own) => own.source.clone(),
-                None => Source::Bundled(self.state.scene.clone()),
+                None => Rc::new(Source::Bundled(self.state.scene.clone())),
             };
             (self.loads.begun, self.loads.milliseconds) = (Some(Instant::now()), [0.0; 3]);
             self.loads.name.clone_from(&self.state.scene);
@@ -112,22 +114,22 @@ impl Viewer {
         self.stage.is_some() && !self.loads.waits
     }
 
-    fn start(&mut self, ctx: &egui::Context, source: Source) -> Loading {
+    fn start(&mut self, ctx: &egui::Context, source: Rc<Source>) -> Loading {
         Loading::start(source, ctx, |source, delivery| self.host.load(source, delivery))
     }
 
     /// The scene that an environment map would light.
     pub(super) fn scene_source(&self) -> Option<Source> {
-        match self.loads.source.clone()? {
+        match &**self.loads.source.as_ref()? {
             // Its environment map would be replaced.
-            Source::Files(_, Some(under)) => Some(*under),
-            source => Some(source),
+            Source::Files(_, Some(under)) => Some((**under).clone()),
+            source => Some(source.clone()),
         }
     }
 
     /// Opens the contents of a source.
     pub(super) fn open_source(&mut self, ctx: &egui::Context, source: Source) {
-        self.loads.opened = Some(self.start(ctx, source));
+        self.loads.opened = Some(self.start(ctx, Rc::new(source)));
     }
 
     /// Continues to load files that were opened.
@@ -135,7 +137,7 @@ impl Viewer {
         while let Some(loading) = &mut self.loads.opened {
             match loading.advance(&self.gpu, ctx) {
                 Some(Event::Read { has_scene, found }) => {
-                    if let (Source::Files(_, under), false) = (&mut loading.source, found.is_lit) {
+                    if let (Source::Files(_, under), false) = (Rc::make_mut(&mut loading.source), found.is_lit) {
                         *under = None;
                     }
                     if has_scene {
@@ -181,7 +183,7 @@ impl Viewer {
     }
 
     /// Shows a scene.
-    fn show(&mut self, loaded: Loaded, source: Source) {
+    fn show(&mut self, loaded: Loaded, source: Rc<Source>) {
         self.closed.extend(self.sides.iter_mut().filter_map(Option::take));
         self.closed.extend(self.motion.take());
         self.reference = ReferenceTracer::default();
@@ -201,8 +203,9 @@ impl Viewer {
             return;
         }
         if self.loads.posed.as_ref().is_none_or(|posing| posing.frame != frame) {
-            let Some(source) = self.loads.source.clone() else { return };
-            let loading = self.start(ctx, Source::Posed(Box::new(source), frame));
+            let Some(source) = &self.loads.source else { return };
+            let posed = Source::Posed(Box::new((**source).clone()), frame);
+            let loading = self.start(ctx, Rc::new(posed));
             self.loads.posed = Some(Posing { frame, loading, loaded: None });
         }
         let Some(posing) = &mut self.loads.posed else { return };

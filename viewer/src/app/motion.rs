@@ -7,7 +7,7 @@ use web_time::{Duration, Instant};
 
 use super::Viewer;
 use crate::{
-    side::{Moment, Side, Wanted},
+    side::{Inputs, Moment, Side, Wanted},
     stage::Stage,
     state::View,
 };
@@ -103,6 +103,12 @@ fn frame_ms(sides: &[Option<Side>; 2]) -> Option<f64> {
 }
 
 impl Viewer {
+    /// Whether the last frame of what moves was drawn.
+    pub(super) fn has_drawn(&self) -> bool {
+        let sides = if self.motion.share > 0 { &self.motion.sides } else { &self.sides };
+        sides.iter().flatten().all(Side::is_drawn)
+    }
+
     /// The sides that are on the screen.
     pub(super) fn visible_sides(&self) -> &[Option<Side>; 2] {
         self.motion.sides().unwrap_or(&self.sides)
@@ -123,17 +129,17 @@ impl Viewer {
         self.motion.share > 0
     }
 
-    /// Draws the smaller picture.
+    /// Draws the smaller picture; false if a side cannot be drawn in that size.
     pub(super) fn advance_smaller(
         &mut self,
         stage: &Stage,
         moment: Moment,
         ctx: &egui::Context,
         renderer: &mut eframe::egui_wgpu::Renderer,
-    ) {
+    ) -> bool {
         let (size, view) = (self.motion.size(self.state.size), self.view());
         let keep_all = matches!(view, View::Texture(_));
-        let look = self.look(stage);
+        let look = self.look(stage, false);
         let wanted = Wanted { measure: false, rounds: 0, of_scene: false, smooth: false };
         for index in 0..2 {
             if index == 1 && !self.state.compare {
@@ -141,11 +147,12 @@ impl Viewer {
                 continue;
             }
             let slot = &mut self.motion.sides[index];
-            let configuration = &self.state.sides[index];
-            if Side::bring_up(slot, &self.gpu, stage, configuration, size, keep_all).is_err() {
-                continue;
-            }
-            let Some(side) = slot else { continue };
+            let inputs = Inputs { stage, configuration: &self.state.sides[index], size, keep_all };
+            let made = Side::bring_up(slot, &self.gpu, inputs);
+            let (Ok(_), Some(side)) = (made, slot) else {
+                (self.motion.share, self.motion.shown) = (0, false);
+                return false;
+            };
             if let Some(look) = look {
                 let reference = self.reference.found.as_ref().map(|found| (&found.textures, found.version));
                 side.look(&self.gpu, &view, look, reference, renderer);
@@ -158,6 +165,7 @@ impl Viewer {
                 self.motion.adapt(ms);
             }
         }
+        true
     }
 
     /// Shows the whole picture again once it shows this moment.

@@ -10,6 +10,7 @@ use crate::side::Side;
 use crate::{
     loading::{File, Source},
     messages::Severity,
+    scenes,
 };
 #[cfg(all(feature = "hot-reload", not(target_arch = "wasm32")))]
 use crate::{plot::Trade, reference::ReferenceTracer};
@@ -93,7 +94,7 @@ impl Viewer {
                 .path()
                 .extension()
                 .is_some_and(|e| ["obj", "gltf", "glb", "toml"].iter().any(|known| e.eq_ignore_ascii_case(known)))
-            && !crate::scenes::is_preset(file.bytes().as_deref().unwrap_or_default())
+            && !scenes::is_preset(file.bytes().as_deref().unwrap_or_default())
         {
             self.open_source(ctx, Source::Disk(file.path().to_owned()));
             return;
@@ -110,12 +111,9 @@ impl Viewer {
 
     /// Opens files that were dropped together.
     fn open_files(&mut self, ctx: &egui::Context, files: Vec<(String, Vec<u8>)>) {
-        // An environment map, which may be in a zip, lights the scene that is shown.
-        let may_light = |name: &String| {
-            let name = name.to_lowercase();
-            [".hdr", ".exr", ".pic", ".zip"].iter().any(|end| name.ends_with(end))
-        };
-        let under = self.scene_source().filter(|_| files.iter().any(|(name, _)| may_light(name)));
+        // An environment map lights the scene that is shown.
+        let may_light = files.iter().any(|(name, _)| scenes::may_be_map(name));
+        let under = may_light.then(|| self.scene_source()).flatten();
         let files = files.into_iter().map(|(name, bytes)| File { name, bytes }).collect();
         self.open_source(ctx, Source::Files(files, under.map(Box::new)));
     }

@@ -17,7 +17,7 @@ pub use words::{found, not_found, so_far};
 use crate::{
     error::{Estimate, Metric},
     reference::{Reference, ReferenceTracer, Subject},
-    side::{Moment, Progress, Side, SideTime, Wanted},
+    side::{Inputs, Moment, Progress, Side, SideTime, Wanted},
     stage::Stage,
     state::Configuration,
     timing::Method,
@@ -291,7 +291,8 @@ impl BestSearch {
             None => {
                 let settings = cell.settings.clone();
                 let configuration = Configuration { technique: cell.technique.name, settings };
-                match Side::new(gpu, stage, &configuration, cell.size, false) {
+                let inputs = Inputs { stage, configuration: &configuration, size: cell.size, keep_all: false };
+                match Side::new(gpu, inputs) {
                     Ok(new) => side.insert(Box::new(new)),
                     Err(refused) => return Ok(Outcome::Refused(refused.to_string())),
                 }

@@ -9,6 +9,7 @@ mod source;
 
 use std::{
     any::Any,
+    rc::Rc,
     sync::mpsc::{self, Receiver, Sender, TryRecvError},
 };
 
@@ -16,6 +17,7 @@ use eframe::egui;
 use halflight_frame_graph::Gpu;
 use halflight_renderer::scene::{BvhError, SceneBuffers, SceneBvh, SceneSize, Sight};
 use halflight_scenes::{Scene, SceneNeeds};
+use serde::de::DeserializeOwned;
 use web_time::{Duration, Instant};
 
 pub use prepare::{Found, Part, prepare};
@@ -42,7 +44,7 @@ impl Delivery {
     /// Delivers a part; false if the scene is not wanted any more.
     pub fn part(&self, part: Part) -> bool {
         // Nothing is seen of the others.
-        let shows = !matches!(part, Part::Mesh(_) | Part::Texture(_) | Part::Sight(_) | Part::Piece(_));
+        let shows = !matches!(part, Part::Mesh(_) | Part::Texture(_) | Part::Piece(_));
         let wanted = self.sender.send(part).is_ok();
         if shows {
             self.ctx.request_repaint();
@@ -52,8 +54,7 @@ impl Delivery {
 
     /// Delivers a part as the bytes that [`pack`] wrote; false if the scene is not wanted any more.
     pub fn packed(&self, bytes: &[u8]) -> bool {
-        let broken = |error| Part::Failed(format!("Halflight hit an internal error ({error}): reload the page"));
-        self.part(postcard::from_bytes(bytes).unwrap_or_else(broken))
+        self.part(unpack(bytes).unwrap_or_else(Part::Failed))
     }
 
     /// Says why there will be no scene.
@@ -78,6 +79,10 @@ pub fn pack_source(source: &Source) -> Vec<u8> {
 /// # Errors
 /// If the bytes are others.
 pub fn unpack_source(bytes: &[u8]) -> Result<Source, String> {
+    unpack(bytes)
+}
+
+fn unpack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     postcard::from_bytes(bytes).map_err(|error| format!("Halflight hit an internal error ({error}): reload the page"))
 }
 
@@ -113,11 +118,11 @@ pub struct Loaded {
 /// A scene that is read, prepared and uploaded.
 pub struct Loading {
     /// Where it comes from.
-    pub source: Source,
+    pub source: Rc<Source>,
     received: Receiver<Part>,
     scene: Scene,
-    sight: Option<Box<Sight>>,
-    loaded: Option<Box<Loaded>>,
+    /// What the scene needs, and its buffers, until all of their contents are there.
+    uploading: Option<(SceneNeeds, SceneBuffers)>,
     bvh: Option<Box<SceneBvh>>,
     /// What it is doing.
     pub step: &'static str,
@@ -128,21 +133,15 @@ pub struct Loading {
 
 impl Loading {
     /// Starts. `work` gives the source to another thread, and stops that when its result is dropped.
-    pub fn start(source: Source, ctx: &egui::Context, work: impl FnOnce(&Source, Delivery) -> Box<dyn Any>) -> Self {
+    pub fn start(
+        source: Rc<Source>,
+        ctx: &egui::Context,
+        work: impl FnOnce(&Source, Delivery) -> Box<dyn Any>,
+    ) -> Self {
         let (delivery, received) = Delivery::new(ctx.clone());
         let job = work(&source, delivery);
         let step = "Reading the scene…";
-        Self {
-            source,
-            received,
-            scene: Scene::default(),
-            sight: None,
-            loaded: None,
-            bvh: None,
-            step,
-            ended: false,
-            _job: job,
-        }
+        Self { source, received, scene: Scene::default(), uploading: None, bvh: None, step, ended: false, _job: job }
     }
 
     /// Whether nothing follows.
@@ -183,28 +182,25 @@ impl Loading {
             }
             Part::Mesh(mesh) => self.scene.meshes.push(mesh),
             Part::Texture(texture) => self.scene.textures.push(texture),
-            Part::Sight(sight) => self.sight = Some(sight),
             Part::Prepared(prepared) => {
-                let scene = std::mem::take(&mut self.scene);
-                if let Err(error) = SceneSize::of(&scene).check(&gpu.limits()) {
+                if let Err(error) = SceneSize::of(&self.scene).check(&gpu.limits()) {
                     self.ended = true;
                     return Some(Event::Failed(error.to_string()));
                 }
                 let Prepared { needs, contents } = *prepared;
-                // It was sent before.
-                let sight = *self.sight.take()?;
-                let buffers = SceneBuffers::reserve(gpu, contents);
-                self.loaded = Some(Box::new(Loaded { scene, needs, sight, buffers }));
+                self.uploading = Some((needs, SceneBuffers::reserve(gpu, contents)));
                 self.step = "Uploading the scene…";
             }
-            Part::Piece(piece) => match (&self.loaded, &self.bvh) {
-                (Some(loaded), _) => loaded.buffers.write(gpu, &piece),
+            Part::Piece(piece) => match (&self.uploading, &self.bvh) {
+                (Some((_, buffers)), _) => buffers.write(gpu, &piece),
                 (None, Some(bvh)) => bvh.write(gpu, &piece),
                 (None, None) => {}
             },
-            Part::Drawable => {
+            Part::Drawable(sight) => {
                 self.step = "Building the BVH…";
-                return self.loaded.take().map(Event::Drawable);
+                let (needs, buffers) = self.uploading.take()?;
+                let scene = std::mem::take(&mut self.scene);
+                return Some(Event::Drawable(Box::new(Loaded { scene, needs, sight: *sight, buffers })));
             }
             Part::Bvh(bvh) => match bvh.and_then(|contents| SceneBvh::reserve(gpu, contents)) {
                 Ok(bvh) => self.bvh = Some(Box::new(bvh)),
@@ -237,7 +233,7 @@ mod tests {
         let source = unpack_source(&pack_source(&source)).expect("what was packed");
         let mut parts = Vec::new();
         prepare(source, |part| {
-            parts.push(postcard::from_bytes(&pack(&part)).expect("what was packed"));
+            parts.push(unpack(&pack(&part)).expect("what was packed"));
             true
         });
         parts
@@ -266,7 +262,7 @@ mod tests {
             let scene = bundled::scene(name).expect("a bundled scene");
             for part in &parts {
                 match part {
-                    Part::Sight(sight) => {
+                    Part::Drawable(sight) => {
                         let here = Sight::new(&scene).extent(&[scene.camera]);
                         assert_eq!(sight.extent(&[scene.camera]), here, "{name}");
                     }

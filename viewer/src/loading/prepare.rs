@@ -15,14 +15,12 @@ pub enum Part {
     Mesh(Mesh),
     /// The next texture.
     Texture(Texture),
-    /// The triangles of the scene for rays of cameras.
-    Sight(Box<Sight>),
     /// What the scene needs, and the sizes of its buffers. Their contents follow.
     Prepared(Box<Prepared>),
     /// Contents of a buffer of the scene, or of its BVH.
     Piece(Piece),
-    /// All contents of the buffers were sent: the scene can be drawn.
-    Drawable,
+    /// All contents of the buffers were sent, and with the triangles of the scene for rays of cameras it can be drawn.
+    Drawable(Box<Sight>),
     /// The sizes of the BVH, whose contents follow, or why there is none.
     Bvh(Box<Result<BvhContents, BvhError>>),
     /// There is nothing more.
@@ -87,11 +85,10 @@ fn prepare_parts(source: Source, deliver: &mut dyn FnMut(Part) -> bool) -> Optio
     scene.meshes.iter().try_for_each(|mesh| send(Part::Mesh(mesh.clone())))?;
     scene.textures.iter().try_for_each(|texture| send(Part::Texture(texture.clone())))?;
     let (contents, pieces) = SceneContents::of(&scene);
-    send(Part::Sight(Box::new(Sight::new(&scene))))?;
     send(Part::Prepared(Box::new(Prepared { needs: SceneNeeds::of(&scene), contents })))?;
     pieces.iter().try_for_each(|piece| send(Part::Piece(piece)))?;
     drop(pieces);
-    send(Part::Drawable)?;
+    send(Part::Drawable(Box::new(Sight::new(&scene))))?;
     match BvhContents::of(&scene) {
         Ok((bvh, pieces)) => {
             send(Part::Bvh(Box::new(Ok(bvh))))?;

@@ -1,20 +1,17 @@
 //! A configuration of a technique that is drawn and measured.
 
+mod making;
 mod results;
 mod samples;
 
 use eframe::egui::Context;
 use halflight_frame_graph::{
-    Cause, Changed, CompiledGraph, Continuity, Externals, FramePlan, Gpu, Handle, Part, View as FrameView,
+    Cause, Changed, CompiledGraph, Continuity, FramePlan, Gpu, Handle, Part, View as FrameView,
 };
-use halflight_renderer::{
-    PlanInputs,
-    parameters::{ParameterType, SettingsError},
-    plan_frame, plan_within,
-    scene::{LIGHTS, SceneMotion, camera_view, traces_rays},
-};
+use halflight_renderer::scene::{LIGHTS, SceneMotion, camera_view};
 use halflight_scenes::{Camera, Light};
-use web_time::Instant;
+
+pub use making::{Inputs, NotMade};
 
 use crate::{
     check::Check,
@@ -22,7 +19,7 @@ use crate::{
     readback::{Reading, TextureReading},
     seen::Seen,
     show::{Look, ReferenceTextures, show},
-    stage::{Bvh, Stage},
+    stage::Stage,
     state::{Configuration, View},
     timing::{Method, Round, Times, Work, is_coarse},
 };
@@ -134,168 +131,7 @@ pub enum Progress {
     Smoothing,
 }
 
-/// The plan of a configuration.
-///
-/// # Errors
-/// A setting out of range, or something that the device cannot hold.
-fn plan(gpu: &Gpu, stage: &Stage, configuration: &Configuration, size: [u32; 2]) -> Result<FramePlan, SettingsError> {
-    let technique = configuration.technique();
-    let mut settings = configuration.settings.clone();
-    settings.entry("gbuffer.texture_filter".to_owned()).or_insert_with(|| stage.texture_filter().to_value());
-    let settings = &settings;
-    let parameters = (technique.parameters)();
-    let inputs = PlanInputs { parameters: &parameters, settings, size };
-    plan_within(&gpu.limits(), &stage.facts, inputs, &|settings, size| {
-        plan_frame(&stage.facts, technique, settings, size, Default::default())
-    })
-}
-
-/// Why a side cannot be drawn.
-#[derive(Debug, thiserror::Error)]
-pub enum NotMade {
-    /// It traces rays, and the BVH of the scene is not there yet.
-    #[error("Building the BVH…")]
-    Waits,
-    /// A setting is out of range, or the device or the scene cannot do it.
-    #[error("{0}")]
-    Refused(#[from] SettingsError),
-}
-
-/// Whether the scene has what a plan needs beyond the buffers of every scene.
-fn check_bvh(stage: &Stage, plan: &FramePlan) -> Result<(), NotMade> {
-    match &stage.bvh {
-        Bvh::Building if traces_rays(plan) => Err(NotMade::Waits),
-        Bvh::Failed(error) if traces_rays(plan) => Err(SettingsError(error.to_string()).into()),
-        _ => Ok(()),
-    }
-}
-
 impl Side {
-    /// Plans a configuration and creates its resources. With `keep_all`, all of them can be shown and checked after a frame.
-    ///
-    /// # Errors
-    /// A setting out of range, something that the device cannot hold, or no BVH yet.
-    pub fn new(
-        gpu: &Gpu,
-        stage: &Stage,
-        configuration: &Configuration,
-        size: [u32; 2],
-        keep_all: bool,
-    ) -> Result<Self, NotMade> {
-        let begun = Instant::now();
-        let plan = plan(gpu, stage, configuration, size)?;
-        check_bvh(stage, &plan)?;
-        let planned = begun.elapsed();
-        let externals = Externals { scene: Some(&stage.buffers), keep_all, ..Default::default() };
-        let graph = CompiledGraph::new(gpu, plan, &externals);
-        let compiled = begun.elapsed();
-        let made_in = [planned, compiled - planned].map(|time| time.as_secs_f64() * 1e3);
-        let method = match gpu.timestamp_period {
-            _ if stage.software => Method::Software,
-            // A frame of very many passes has no timestamps.
-            Some(_) if graph.timing_buffer().is_some() => Method::Timestamps,
-            _ => Method::NoTimestamps,
-        };
-        Ok(Self {
-            configuration: configuration.clone(),
-            times: Times::new(&graph, method),
-            graph,
-            moment: None,
-            lights: Vec::new(),
-            shown: None,
-            show: None,
-            old: Vec::new(),
-            texture: None,
-            drawing: None,
-            smoothing: None,
-            samples: 0,
-            timestamps: None,
-            round: None,
-            method,
-            frames_left: 0,
-            unfiltered: 0,
-            drawn_frames: 0,
-            drawn: false,
-            indirect: None,
-            light: None,
-            errors: Errors::default(),
-            seen: Seen::default(),
-            compared_with: 0,
-            frame_ms: None,
-            check: Check::default(),
-            made_in,
-        })
-    }
-
-    /// Updates the side after a change of settings, size or lights; true if anything changed. `keep_all` as in
-    /// [`Side::new`].
-    ///
-    /// # Errors
-    /// A setting out of range, something that the device cannot hold, or no BVH yet. The side then stays as it was.
-    pub fn update(
-        &mut self,
-        gpu: &Gpu,
-        stage: &Stage,
-        configuration: &Configuration,
-        size: [u32; 2],
-        keep_all: bool,
-    ) -> Result<bool, NotMade> {
-        let new = plan(gpu, stage, configuration, size)?;
-        check_bvh(stage, &new)?;
-        self.configuration.clone_from(configuration);
-        let shares = !keep_all;
-        if new == *self.graph.plan() && shares == self.graph.shares_memory() {
-            return Ok(false);
-        }
-        self.round = None;
-        (self.moment, self.drawn) = (None, false);
-        self.check = Check::default();
-        if shares == self.graph.shares_memory() && self.graph.update(gpu, &new) {
-            return Ok(true);
-        }
-        // A temporal filter keeps its history under the new settings.
-        let scene = Externals { scene: Some(&stage.buffers), keep_all, ..Default::default() };
-        self.graph.replan(gpu, new, &scene);
-        self.times = Times::new(&self.graph, self.method);
-        self.old.extend(self.show.take());
-        (self.shown, self.timestamps) = (None, None);
-        Ok(true)
-    }
-
-    /// Creates or updates the side in a slot; true if anything changed.
-    ///
-    /// # Errors
-    /// As for [`Side::new`]. What was in the slot then stays.
-    pub fn bring_up(
-        slot: &mut Option<Self>,
-        gpu: &Gpu,
-        stage: &Stage,
-        configuration: &Configuration,
-        size: [u32; 2],
-        keep_all: bool,
-    ) -> Result<bool, NotMade> {
-        match slot {
-            Some(side) => side.update(gpu, stage, configuration, size, keep_all),
-            None => {
-                *slot = Some(Self::new(gpu, stage, configuration, size, keep_all)?);
-                Ok(true)
-            }
-        }
-    }
-
-    /// Frees what earlier passes of the interface have painted. Call it before anything is painted in a pass: the picture
-    /// that was painted in the last one is submitted after that pass, and must exist until then.
-    pub fn free_old(&mut self) {
-        self.old.drain(..).for_each(CompiledGraph::destroy);
-    }
-
-    /// Frees its resources on the device. As for [`Side::free_old`], nothing of it may be painted in the same pass.
-    pub fn destroy(mut self) {
-        self.free_old();
-        self.graph.destroy();
-        self.show.into_iter().for_each(CompiledGraph::destroy);
-    }
-
     /// Draws, and measures what is `wanted`, as far as the device is ready.
     pub fn draw(&mut self, ctx: &Context, gpu: &Gpu, stage: &Stage, moment: Moment, wanted: Wanted) -> Progress {
         let Wanted { measure, rounds, of_scene, smooth } = wanted;
@@ -415,6 +251,7 @@ impl Side {
     ) -> bool {
         // Only these views show the reference.
         let reference = reference.filter(|_| matches!(view, View::Reference | View::Error));
+        let look = Look { averaged: look.averaged && self.can_average(view), ..look };
         let key = (view.clone(), look, reference.map_or(0, |(_, version)| version));
         let changed = self.shown.as_ref() != Some(&key);
         if changed {
@@ -439,6 +276,11 @@ impl Side {
             }
         }
         changed
+    }
+
+    /// Whether the last frame was prepared for the screen. There is no picture if it lacks the texture of the view.
+    pub fn is_looked_at(&self) -> bool {
+        self.is_drawn() && self.shown.is_some()
     }
 
     /// The picture for the screen, if there is one.

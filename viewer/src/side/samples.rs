@@ -5,7 +5,7 @@ use glam::Mat4;
 use halflight_frame_graph::{Changed, Gpu, View};
 
 use super::{Moment, Side};
-use crate::{stage::Stage, timing::Work};
+use crate::{stage::Stage, state, timing::Work};
 
 /// Pictures of one view that are averaged.
 const SAMPLES: u32 = 8;
@@ -31,14 +31,20 @@ fn turned(mut view: View, sample: u32) -> View {
 }
 
 impl Side {
+    /// Whether pictures of this view can be averaged: it shows an output of the frame, and no filter over frames would take the
+    /// samples for motion.
+    pub(super) fn can_average(&self, view: &state::View) -> bool {
+        matches!(view, state::View::Output(_)) && !self.graph.plan().has_previous_images()
+    }
+
     /// Continues to average pictures; true while there is more to do.
     pub(super) fn smooth(&mut self, ctx: &Context, gpu: &Gpu, stage: &Stage, moment: Moment) -> bool {
         if self.smoothing.as_ref().is_some_and(|work| work.milliseconds().is_none()) {
             return true;
         }
         self.smoothing = None;
-        // A filter over frames would take the samples for motion.
-        if self.show.is_none() || self.graph.plan().has_previous_images() || self.samples > SAMPLES {
+        let averaged = self.show.is_some() && self.shown.as_ref().is_some_and(|(_, look, _)| look.averaged);
+        if !averaged || self.samples > SAMPLES {
             return false;
         }
         // The errors are those of the view itself.

@@ -1,6 +1,6 @@
 //! Error messages of the page, and recovery.
 
-use crate::{alone, cut, demo, difference, open, rect, settled, spread, target};
+use crate::{SIZE, alone, chromium::Page, cut, demo, difference, open, rect, settled, spread, target};
 
 const OBJ: &str = "mtllib room.mtl\nusemtl floor\nv -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nf 4 3 2 1\n\
                    usemtl wall\nv -2 2 -2\nv 2 2 -2\nf 1 2 6 5\n";
@@ -28,6 +28,16 @@ fn a_model_can_be_dropped_and_a_broken_one_is_reported() {
 
     page.drop_files(&[("holiday.png", "")]);
     page.wait("another message", |r| r["messages"].to_string().contains("no model (.obj, .gltf, .glb) and no .toml"));
+}
+
+#[test]
+fn a_worker_that_cannot_start_is_reported() {
+    let _alone = alone();
+    let mut page = Page::open(SIZE, 1.0);
+    page.call("Network.setBlockedURLs", serde_json::json!({ "urls": ["*worker.js"] }));
+    page.go(&format!("{}#scene=cornell&size=96x54&truth=off", demo()));
+    page.wait("a message", |report| report["messages"].to_string().contains("while it read the scene"));
+    page.wait_for("document.getElementById('message').hidden");
 }
 
 #[test]
@@ -70,7 +80,7 @@ fn a_browser_without_webgpu_gets_instructions() {
             "The viewer could not start",
         ),
     ] {
-        let mut page = crate::chromium::Page::open(crate::SIZE, 1.0);
+        let mut page = Page::open(SIZE, 1.0);
         page.call("Page.addScriptToEvaluateOnNewDocument", serde_json::json!({ "source": script }));
         page.go(&demo());
         page.wait_for(&format!("document.body?.innerText.includes('{wanted}') === true"));

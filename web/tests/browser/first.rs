@@ -30,6 +30,18 @@ fn the_page_says_what_it_is_before_the_program_runs() {
 }
 
 #[test]
+fn a_view_without_a_picture_does_not_keep_the_page_waiting() {
+    let _alone = alone();
+    let mut page = open("scene=cornell&size=96x54&truth=off&a=none&b=gtao&compare=on&view=ambient_occlusion");
+    page.wait("a picture of B alone", |report| {
+        report["sides"][1]["drawn"] == true && report["sides"][0]["drawn"] == false
+    });
+    page.wait_for("document.getElementById('message').hidden");
+    let report = page.wait("the interface", |report| report["marks"]["view"].is_array());
+    assert_eq!(report["messages"], json!([]));
+}
+
+#[test]
 fn edges_are_smooth_when_everything_is_still() {
     let _alone = alone();
     let mut page = Page::open(crate::SIZE, 1.0);

@@ -1,15 +1,37 @@
 //! What the page reports of its speed: the time of the first picture, and the medians of the benchmark page. Times are
 //! printed and never fail a test, because they depend on the load of the computer.
 
-use crate::{alone, open, settled};
+use crate::{alone, chromium::Page, demo, open, settled};
 
 #[test]
 fn the_first_picture_is_timed() {
     let _alone = alone();
-    let mut page = open("scene=cornell&size=320x180&truth=off");
-    page.wait_for("window.halflightFirstPicture > 0");
-    let ms = page.evaluate("window.halflightFirstPicture").as_f64().unwrap();
-    println!("first picture of Cornell at 320x180: {ms:.0} ms after the page was opened");
+    for (name, state) in [("Cornell at 320x180", "scene=cornell&size=320x180&truth=off"), ("opening page", "")] {
+        let mut page = Page::open([1280, 720], 1.0);
+        page.go(&format!("{}#{state}", demo()));
+        page.wait_for("window.halflightFirstPicture > 0");
+        let first = page.evaluate("window.halflightFirstPicture").as_f64().unwrap();
+        let report = page.wait("a settled picture", settled);
+        let ms: Vec<f64> = (0..3).map(|step| report["scene_ms"][step].as_f64().unwrap()).collect();
+        println!("{name}: first picture {first:.0} ms after the page was opened");
+        println!(
+            "  scene read {:.0}, drawable {:.0}, with its BVH {:.0} ms after the viewer has started",
+            ms[0], ms[1], ms[2]
+        );
+        let tasks = page.evaluate(
+            "new Promise(done => { \
+               new PerformanceObserver(list => \
+                 done(list.getEntries().map(task => [task.startTime, task.duration])) \
+               ).observe({ type: 'longtask', buffered: true }); \
+               setTimeout(() => done([]), 1000); /* There may be none. */ })",
+        );
+        let tasks: Vec<[f64; 2]> = serde_json::from_value(tasks).unwrap();
+        let longest = |after: bool| {
+            tasks.iter().filter(|task| (task[0] > first) == after).map(|task| task[1]).fold(0.0, f64::max)
+        };
+        println!("  longest task before it {:.0} ms, after it {:.0} ms (0: below 50)", longest(false), longest(true));
+        assert!(first > 0.0 && ms.iter().all(|&ms| ms > 0.0), "{name}: {first} {ms:?}");
+    }
 }
 
 #[test]

@@ -34,7 +34,9 @@ fn a_model_can_be_dropped_and_a_broken_one_is_reported() {
 fn a_worker_that_cannot_start_is_reported() {
     let _alone = alone();
     let mut page = Page::open(SIZE, 1.0);
-    page.call("Network.setBlockedURLs", serde_json::json!({ "urls": ["*worker.js"] }));
+    // Its file is not on the server.
+    let script = "window.Worker = class extends Worker { constructor(_, options) { super('none.js', options); } }";
+    page.call("Page.addScriptToEvaluateOnNewDocument", serde_json::json!({ "source": script }));
     page.go(&format!("{}#scene=cornell&size=96x54&truth=off", demo()));
     page.wait("a message", |report| report["messages"].to_string().contains("while it read the scene"));
     page.wait_for("document.getElementById('message').hidden");

@@ -59,7 +59,7 @@ pub struct Look {
     pub exposure: f32,
     /// Depth that is shown as middle grey, scene units.
     pub range: f32,
-    /// Whether pictures are averaged, see [`show`].
+    /// Whether pictures are averaged, see [`show()`].
     pub averaged: bool,
 }
 
